@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "proxy/camera.h"
+#include "proxy/interval_partition.h"
+#include "proxy/transfer_function.h"
+
+namespace vestige {
+
+/// The samples of one block: where they stand and which part of the domain the block answers for.
+/// Values between samples are trilinear; beyond the outermost samples they are clamped.
+struct BlockGrid {
+  std::array<std::vector<double>, 3> nodes;  ///< per axis, strictly increasing, ghosts included
+  Box owned;  ///< world; the owned boxes of all blocks tile the domain
+
+  std::array<int, 3> size() const {
+    return {int(nodes[0].size()), int(nodes[1].size()), int(nodes[2].size())};
+  }
+  bool empty() const { return nodes[0].empty() || nodes[1].empty() || nodes[2].empty(); }
+};
+
+/// What one march is to make (method §2). Scalars are in the field's units; the samples that the
+/// marcher holds are normalised by the partition's bounds.
+struct MarchRequest {
+  Camera camera;
+  ImageSize size;
+  IntervalPartition partition;
+  TransferFunction base;
+  Box domain;               ///< the whole domain: anchors the samples, so blocks agree
+  double stepLength = 0.0;  ///< world length between samples along a ray; 0 = the smallest spacing
+  bool attenuation = true;
+  bool length = true;  ///< with moment and runs
+  bool mip = false;
+  bool reference = false;         ///< emission-absorption picture with `base`
+  bool phong = false;             ///< Blinn-Phong headlight on the reference
+  std::vector<double> isovalues;  ///< depth layers; any order
+};
+
+/// What the rays of a view gathered in a block, or in several after compositing. Planes are
+/// [channel][pixel], pixels row by row from the top; vectors of what was not requested are empty.
+struct RayImage {
+  ImageSize size;
+  int channels = 0;                  ///< of the partition
+  std::vector<float> entry, exit;    ///< planar depth of the ray in the block; entry > exit = miss
+  std::vector<float> attenuation;    ///< [channels] ∫_{f∈I_k} σ T ds
+  std::vector<float> transmittance;  ///< [1] T at the exit
+  std::vector<float> length;         ///< [channels] ∫ 1[f∈I_k] ds, world
+  std::vector<float> moment;         ///< [channels] ∫ Z 1[f∈I_k] ds
+  std::vector<float> runs;           ///< [channels] separate runs
+  std::vector<std::uint8_t> first, last;  ///< [1] channel at entry and exit; 255 = miss
+  std::vector<float> depth;               ///< [layers] planar Z of the first crossing, or +inf
+  std::vector<float> normal;              ///< [layers * 3] unit, eye space, turned to the viewer
+  std::vector<float> mip;                 ///< [1] largest value, field units; NaN = none
+  std::vector<float> reference;           ///< [3] premultiplied linear RGB
+};
+
+/// `front` over `back` (method §2): lengths, moments add; runs add less one where a run goes on
+/// through the shared face; attenuation composes as a_front + T_front a_back; first crossings and
+/// MIP by min and max. Associative; `front` is nearer to the viewer on every ray. The arguments
+/// have the same size, channels and planes.
+void compositeUnder(RayImage& front, const RayImage& back);
+
+}  // namespace vestige

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "adaptor/march_types.h"
+#include "proxy/gl/device.h"
+
+namespace vestige {
+
+/// Marches rays through one block on the GL device; one pass feeds every proxy of a MarchRequest,
+/// split analytically at interval boundaries. Programs and buffers are kept between calls.
+class Marcher {
+ public:
+  explicit Marcher(std::shared_ptr<gl::Device> device);
+  ~Marcher();
+
+  /// Fills samples [z0, z1) x all y x all x (x fastest) of the block, normalised by the partition
+  /// to be marched with: (f - b_0) / (b_L - b_0); no data = NaN. Called with ascending slabs.
+  using FillSlab = std::function<void(int z0, int z1, float* out)>;
+
+  /// Uploads a block, slab by slab, replacing the one before. Throws Gl when it does not fit.
+  void upload(const BlockGrid& grid, const FillSlab& fill);
+  /// Marches the uploaded block. Throws Gl or InvalidArgument.
+  RayImage march(const MarchRequest& request);
+
+  /// Seconds of the last upload and march, read-back apart.
+  struct Times {
+    double fill = 0.0, upload = 0.0, march = 0.0, readBack = 0.0;
+  };
+  const Times& times() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vestige

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace vestige::gl {
+
+/// What a device is, for `doctor`, timings and provenance.
+struct DeviceInfo {
+  std::string backend;  ///< "osmesa" or "egl"
+  std::string vendor, renderer, version;
+  int threads = 0;       ///< of the software rasteriser; 0 = not known
+  int maxTexture3D = 0;  ///< voxels a side
+};
+
+/// A headless OpenGL 4.3+ core context on a thread of its own (design.md "GL device"): every GL
+/// call is made inside `run`, with a clean floating-point environment, default affinity and all
+/// signals blocked, so a host's floating-point traps, signal handlers, affinity and its own current
+/// context neither touch us nor are touched.
+class Device {
+ public:
+  /// OSMesa, opened at run time with dlopen. threads = 0: the library's choice. Throws NoGl with
+  /// the reason and how to mend it.
+  static std::shared_ptr<Device> createOSMesa(int threads = 0);
+  /// EGL on the surfaceless platform (Mesa's software rasteriser, or a GPU).
+  static std::shared_ptr<Device> createEgl(int threads = 0);
+  /// "osmesa", "egl" or "auto" (the environment's VESTIGE_GL, else OSMesa, else EGL).
+  static std::shared_ptr<Device> create(const std::string& backend = "auto", int threads = 0);
+
+  virtual ~Device() = default;
+  /// Runs `work` on the GL thread with the context current and waits for it; exceptions pass to
+  /// the caller. Calls from several threads are served one after the other. Callable from the GL
+  /// thread itself (runs at once).
+  virtual void run(const std::function<void()>& work) = 0;
+  virtual const DeviceInfo& info() const = 0;
+};
+
+}  // namespace vestige::gl

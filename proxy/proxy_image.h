@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proxy/camera.h"
+#include "proxy/interval_partition.h"
+#include "proxy/statistics.h"
+#include "proxy/transfer_function.h"
+
+namespace vestige {
+
+inline constexpr int kSchemaVersion = 1;
+
+/// The proxies of method §2, by the name they have in archives.
+namespace kind {
+inline constexpr std::string_view kAttenuation = "attenuation";
+inline constexpr std::string_view kLength = "length";
+inline constexpr std::string_view kDepth = "depth";
+inline constexpr std::string_view kMip = "mip";
+inline constexpr std::string_view kReference = "reference";
+}  // namespace kind
+
+/// Everything that a proxy says of itself; the EXR attributes of docs/archive-format.md.
+struct ProxyHeader {
+  std::string kind;
+  std::string field;
+  std::string units;  ///< of the field, may be empty
+  double time = 0.0;
+  long cycle = 0;
+  std::string view;
+  Camera camera;
+  ImageSize size;
+  Box domain;                                  ///< the whole domain, world units
+  std::optional<IntervalPartition> partition;  ///< attenuation, length
+  std::optional<TransferFunction> base;        ///< the run's base transfer function
+  std::vector<double> isovalues;               ///< depth: one per layer
+  FieldStatistics statistics;
+  std::string provenance;  ///< "vestige 0.1.0; ..." free text
+  std::string note;        ///< what the user's config says about the run
+};
+
+enum class ChannelStorage { Half, Float };
+
+/// A named plane of width x height values, row by row from the top. Missing = +infinity in depth
+/// layers, 0 elsewhere.
+struct Channel {
+  std::string name;
+  ChannelStorage storage = ChannelStorage::Float;
+  std::vector<float> values;
+};
+
+/// Channels that are read together: one part of the EXR file.
+///
+/// kind         part           channels (names of IntervalPartition::channelName = K)
+/// attenuation  attenuation    K..., T: fractions of light (method §2), Σ + T = 1;       half
+/// length       length         K...: ℓ / unit;                                           half
+///              depth          K...: mean depth (z̄ - zero) / unit, 0 where ℓ = 0;        half
+///              runs           K...: number of separate runs;                            half
+/// depth        layerMM        Z (world units, +inf = no hit; float), nx, ny, nz (unit, eye
+///                             space, turned to the viewer; half), MM = 00..
+/// mip          mip            value: in the field's units, NaN where no data;            float
+/// reference    reference      R, G, B (linear, premultiplied, over nothing), A;          half
+/// A part's values are stored divided by `unit` after subtracting `zero`; readers undo it, so
+/// in memory every channel is in the unit that the table gives and ℓ, z̄ are world units.
+struct ProxyPart {
+  std::string name;
+  double unit = 1.0;
+  double zero = 0.0;
+  double error = 0.0;  ///< largest absolute error of storage, in-memory unit; 0 = half rounding
+  std::vector<Channel> channels;
+
+  const Channel* find(std::string_view channel) const;
+};
+
+struct ProxyImage {
+  ProxyHeader header;
+  std::vector<ProxyPart> parts;
+
+  const ProxyPart* find(std::string_view part) const;
+  /// Throw NotFound naming the part or channel.
+  const ProxyPart& part(std::string_view name) const;
+  const Channel& channel(std::string_view part, std::string_view name) const;
+};
+
+}  // namespace vestige

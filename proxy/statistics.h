@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <vector>
+
+namespace vestige {
+
+/// One field at one step, over all owned (non-ghost) samples. Moments and range are of the finite
+/// samples. The histogram has equal bins over [low, high], the last one closed.
+struct FieldStatistics {
+  std::uint64_t count = 0;   ///< samples in all
+  std::uint64_t noData = 0;  ///< of these NaN, infinite or masked
+  double low = 0.0, high = 0.0;
+  double mean = 0.0, deviation = 0.0;  ///< population standard deviation
+  std::vector<std::uint64_t> histogram;
+  friend bool operator==(const FieldStatistics&, const FieldStatistics&) = default;
+};
+
+nlohmann::json toJson(const FieldStatistics& statistics);
+FieldStatistics statisticsFromJson(const nlohmann::json& json);
+
+}  // namespace vestige

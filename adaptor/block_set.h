@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "adaptor/field_view.h"
+#include "adaptor/march_types.h"
+#include "proxy/box.h"
+
+namespace vestige {
+
+/// A block as the host described it (vestige_grid); axes are copies.
+struct GridDescription {
+  std::array<int, 3> points{};
+  std::array<int, 3> first{};
+  std::array<double, 3> origin{};
+  std::array<double, 3> spacing{1.0, 1.0, 1.0};
+  std::array<std::optional<std::vector<double>>, 3> axes;
+  std::array<int, 6> ghosts{};
+
+  bool empty() const { return points[0] == 0 || points[1] == 0 || points[2] == 0; }
+};
+
+struct Block {
+  GridDescription grid;
+  std::array<std::vector<double>, 3> points;     ///< world coordinates per axis, ghosts included
+  std::vector<FieldView> fields;                 ///< in the order in which they were shared
+  std::array<std::optional<MaskView>, 2> masks;  ///< by Location
+
+  const FieldView* find(const std::string& name) const;
+  /// Samples along each axis of a field at this location; 0 if the block is empty.
+  std::array<int, 3> samples(Location location) const;
+  /// Their world coordinates per axis.
+  std::array<std::vector<double>, 3> nodes(Location location) const;
+};
+
+/// Samples [low, high) per axis.
+struct SampleRange {
+  std::array<int, 3> low{}, high{};
+};
+
+/// The blocks of this process and what is shared on them. Errors are AdaptorErrors that name block
+/// and value; a call that throws changes nothing.
+class BlockSet {
+ public:
+  void describe(int index, GridDescription grid);
+  /// The field's `size` is set here. A field of the same name is replaced.
+  void share(int index, FieldView field);
+  void shareMask(int index, Location location, std::optional<MaskView> mask);
+  void setDomain(const Box& domain) { statedDomain_ = domain; }
+  /// Forgets fields and masks, keeps the grids.
+  void forgetShared();
+
+  const std::map<int, Block>& blocks() const { return blocks_; }
+  const Block& at(int index) const;
+  const std::optional<Box>& statedDomain() const { return statedDomain_; }
+
+  /// Throws unless some block has an extent, owned boxes do not overlap and lie in the domain.
+  void validate() const;
+  /// As stated, or the bounding box of the owned boxes; an axis without extent (one point) gets
+  /// the thickness of one cell.
+  Box domain() const;
+  /// The box between the block's first and last own points, thickened as the domain.
+  Box owned(int index) const;
+  /// The share of the domain that the blocks cover, 0..1.
+  double coverage() const;
+  /// The grid that a field at this location is marched on; its owned box may be of zero volume.
+  BlockGrid marchGrid(int index, Location location) const;
+  /// The samples that this block counts in statistics: each sample of the domain is in exactly one
+  /// block's range, points on a shared face in the block above it.
+  SampleRange ownSamples(int index, Location location) const;
+
+ private:
+  Block& edit(int index);
+  std::optional<Box> ownPoints(const Block& block) const;
+  std::array<double, 3> thickness() const;
+
+  std::map<int, Block> blocks_;
+  std::optional<Box> statedDomain_;
+};
+
+}  // namespace vestige

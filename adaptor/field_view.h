@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace vestige {
+
+/// As vestige_type and vestige_location, value for value.
+enum class SampleType {
+  Float32 = 0,
+  Float64 = 1,
+  Int8 = 2,
+  UInt8 = 3,
+  Int16 = 4,
+  UInt16 = 5,
+  Int32 = 6,
+  UInt32 = 7,
+  Int64 = 8,
+  UInt64 = 9
+};
+enum class Location { Point = 0, Cell = 1 };
+
+inline constexpr int kSampleTypes = 10;
+std::size_t sizeOf(SampleType type);
+/// "Float32", "UInt8" ...: the names that VTK's XML files use too.
+const char* nameOf(SampleType type);
+const char* nameOf(Location location);
+
+/// A field of one block in the host's memory; nothing is owned. Sample (x, y, z) of component c is
+/// at components[c] + x * strides[0] + y * strides[1] + z * strides[2] bytes; any alignment.
+struct FieldView {
+  std::string name;
+  SampleType type = SampleType::Float32;
+  Location location = Location::Point;
+  std::vector<const std::byte*> components;
+  std::array<std::ptrdiff_t, 3> strides{};
+  std::array<int, 3> size{};  ///< samples along x, y, z, ghosts included
+};
+
+/// Samples with (value & bits) != 0 are no data.
+struct MaskView {
+  const std::byte* data = nullptr;
+  std::uint8_t bits = 0xff;
+  std::array<std::ptrdiff_t, 3> strides{};
+};
+
+/// The scalar that a field of the configuration is made of.
+struct Derivation {
+  int component = 0;      ///< -1: the magnitude over all components
+  bool gradient = false;  ///< the gradient's magnitude of that, in world units (method §1)
+  friend bool operator==(const Derivation&, const Derivation&) = default;
+};
+
+/// Reads rows of a derived scalar in double; no data (NaN, infinite, masked) is NaN. Const and
+/// usable from several threads; the views must outlive it.
+class FieldReader {
+ public:
+  /// `nodes` are the world positions of the samples per axis (for gradients).
+  FieldReader(const FieldView& field, std::optional<MaskView> mask, Derivation derivation,
+              const std::array<std::vector<double>, 3>& nodes);
+
+  const std::array<int, 3>& size() const { return field_.size; }
+  /// Values (0..size x, y, z).
+  void row(int y, int z, double* out) const;
+
+ private:
+  void scalarRow(int y, int z, double* out) const;
+  void gradientRow(int y, int z, double* out) const;
+
+  FieldView field_;
+  std::optional<MaskView> mask_;
+  Derivation derivation_;
+  std::array<std::vector<double>, 3> nodes_;
+};
+
+/// Normalised samples [z0, z1) x all y x all x of a reader for Marcher::upload:
+/// (f - low) / (high - low) in double, then float; no data is NaN.
+void fillNormalised(const FieldReader& reader, double low, double high, int z0, int z1, float* out,
+                    int threads);
+
+}  // namespace vestige

@@ -21,8 +21,9 @@ struct DeviceInfo {
 /// context neither touch us nor are touched.
 class Device {
  public:
-  /// OSMesa, opened at run time with dlopen. threads = 0: the library's choice. Throws NoGl with
-  /// the reason and how to mend it.
+  /// OSMesa, opened at run time with dlopen. threads: of Mesa's software rasteriser, which keeps
+  /// one pool per process and backend, so the first device decides; 0 = the environment's
+  /// LP_NUM_THREADS, else one per processor. Throws NoGl with the reason and how to mend it.
   static std::shared_ptr<Device> createOSMesa(int threads = 0);
   /// EGL on the surfaceless platform (Mesa's software rasteriser, or a GPU).
   static std::shared_ptr<Device> createEgl(int threads = 0);

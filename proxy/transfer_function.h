@@ -27,9 +27,14 @@ struct IntervalLook {
 
 /// Opacity and colour of a scalar, in the field's units (method §0). Piecewise-linear in opacity
 /// per reference length; constant beyond the first and last point; no point at all = transparent.
+/// Two points that share a value are a jump, which belongs to the second. NaN is transparent.
+/// Constructor and setters sort the points and throw InvalidArgument naming the value unless all
+/// are finite, opacities are in [0, 1], no three points share a value, points are at most
+/// kMaxOpacityPoints, the reference length is positive, colorLow <= colorHigh and factors >= 0.
 class TransferFunction {
  public:
   static constexpr double kMaxOpticalDepth = 20.0;
+  static constexpr std::size_t kMaxOpacityPoints = 10000;
 
   TransferFunction(std::vector<OpacityPoint> opacity, double referenceLength, Colormap colormap,
                    double colorLow, double colorHigh);
@@ -42,11 +47,13 @@ class TransferFunction {
   double opacity(double value) const;
   /// Linear RGB.
   glm::dvec3 color(double value) const;
-  /// Interval means of the extinction, times `factors` (empty = all 1; else one >= 0 for each
-  /// interval, method §2 "opacity change"); below and above take the value at the outer bounds.
+  /// Interval means of the extinction (exact), times `factors` (empty = all 1; else one >= 0 for
+  /// each interval, method §2 "opacity change"); below and above take the value at the outer
+  /// bounds, without a factor. The colour of a transparent interval is its plain mean. Throws
+  /// InvalidArgument when there are factors, but not one for each interval.
   IntervalLook onIntervals(const IntervalPartition& partition) const;
   /// The values where opacity peaks: local maxima of the control points (method §2, depth
-  /// proxies); the middle of a plateau.
+  /// proxies); the middle of a plateau. The first and last point count when they are highest.
   std::vector<double> opacityPeaks() const;
 
   const std::vector<OpacityPoint>& opacityPoints() const { return opacity_; }
@@ -69,7 +76,8 @@ class TransferFunction {
 };
 
 /// {"opacity": [[value, opacity], ...], "referenceLength": d, "colormap": name or [[r,g,b], ...],
-///  "colorRange": [low, high], "factors": [...]}; reading throws Config naming the key.
+///  "colorRange": [low, high], "factors": [...]}; "factors" is optional, a colour list is sRGB.
+/// Reading throws Config naming the key that is missing, unknown or makes no sense.
 nlohmann::json toJson(const TransferFunction& function);
 TransferFunction transferFunctionFromJson(const nlohmann::json& json);
 /// "v:o,v:o,..." as on command lines; throws Config naming the piece that does not parse.

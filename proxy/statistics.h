@@ -18,6 +18,8 @@ struct FieldStatistics {
   friend bool operator==(const FieldStatistics&, const FieldStatistics&) = default;
 };
 
+/// An object with the members' names as keys; reading throws Format naming the key that is missing
+/// or makes no sense (a histogram has at most 65536 bins).
 nlohmann::json toJson(const FieldStatistics& statistics);
 FieldStatistics statisticsFromJson(const nlohmann::json& json);
 

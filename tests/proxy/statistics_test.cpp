@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "proxy/statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "proxy/error.h"
+
+namespace vestige {
+namespace {
+
+using nlohmann::json;
+
+const FieldStatistics kStatistics{~std::uint64_t(0), 3, -1.5, 1.0 / 3.0, 0.1, 0.2, {1, 0, 7}};
+
+TEST(FieldStatistics, SurviveJson) {
+  EXPECT_EQ(statisticsFromJson(json::parse(toJson(kStatistics).dump())), kStatistics);
+  EXPECT_EQ(statisticsFromJson(toJson(FieldStatistics{})), FieldStatistics{});
+}
+
+void expectRefused(const json& j, const std::string& key) {
+  try {
+    statisticsFromJson(j);
+    ADD_FAILURE() << j;
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ErrorCode::Format);
+    EXPECT_NE(std::string(e.what()).find(key), std::string::npos) << e.what();
+  }
+}
+
+TEST(FieldStatistics, NameTheKeyThatHostileJsonSpoils) {
+  const std::pair<const char*, json> spoiled[] = {
+      {"count", -1},        {"count", 1.5},
+      {"count", 1e30},      {"count", "many"},
+      {"noData", nullptr},  {"noData", true},
+      {"low", nullptr},     {"low", 1e30},
+      {"high", "x"},        {"high", std::nan("")},
+      {"mean", json()},     {"mean", json::array()},
+      {"deviation", -1e-9}, {"deviation", json::object()},
+      {"histogram", 5},     {"histogram", {1, -1}},
+      {"histogram", {0.5}}, {"histogram", std::vector<int>(65537, 1)}};
+  for (const auto& [key, value] : spoiled) {
+    json j = toJson(kStatistics);
+    j[key] = value;
+    expectRefused(j, key);
+    j.erase(key);
+    expectRefused(j, key);
+  }
+  json j = toJson(kStatistics);
+  j["count"] = 2;  // fewer than noData
+  expectRefused(j, "noData");
+  expectRefused(json::array(), "no object");
+}
+
+}  // namespace
+}  // namespace vestige

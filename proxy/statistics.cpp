@@ -36,7 +36,7 @@ std::uint64_t count(const json& value, const char* key) {
 
 double number(const json& object, const char* key) {
   const json& value = member(object, key);
-  if (!value.is_number() || !std::isfinite(value.get<double>())) refuse(key, "is no finite number");
+  if (!value.is_number()) refuse(key, "is no number");
   return value.get<double>();
 }
 
@@ -56,6 +56,7 @@ FieldStatistics statisticsFromJson(const json& object) {
   if (s.noData > s.count) refuse("noData", fmt::format("{} exceeds count {}", s.noData, s.count));
   s.low = number(object, "low");
   s.high = number(object, "high");
+  if (!std::isfinite(s.low) || !std::isfinite(s.high)) refuse("low or high", "is not finite");
   if (s.low > s.high) refuse("low", fmt::format("{} exceeds high {}", s.low, s.high));
   s.mean = number(object, "mean");
   s.deviation = number(object, "deviation");

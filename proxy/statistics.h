@@ -19,7 +19,8 @@ struct FieldStatistics {
 };
 
 /// An object with the members' names as keys; reading throws Format naming the key that is missing
-/// or makes no sense (a histogram has at most 65536 bins).
+/// or makes no sense (a histogram has at most 65536 bins). Moments may have overflowed: mean and
+/// deviation need not be finite in memory, though JSON text cannot hold such numbers.
 nlohmann::json toJson(const FieldStatistics& statistics);
 FieldStatistics statisticsFromJson(const nlohmann::json& json);
 

@@ -30,6 +30,14 @@ void expectRefused(const json& j, const std::string& key) {
   }
 }
 
+TEST(FieldStatistics, KeepMomentsThatOverflowed) {
+  json j = toJson(kStatistics);
+  j["mean"] = -HUGE_VAL;
+  j["deviation"] = std::nan("");
+  EXPECT_EQ(statisticsFromJson(j).mean, -HUGE_VAL);
+  EXPECT_TRUE(std::isnan(statisticsFromJson(j).deviation));
+}
+
 TEST(FieldStatistics, NameTheKeyThatHostileJsonSpoils) {
   const std::pair<const char*, json> spoiled[] = {
       {"count", -1},        {"count", 1.5},

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "proxy/exr_file.h"
@@ -22,16 +24,25 @@ struct ArchiveRow {
   friend bool operator==(const ArchiveRow&, const ArchiveRow&) = default;
 };
 
+/// Throws InvalidArgument naming `what` and the name unless a table cell can hold it: not empty, no
+/// comma, quote, line break or other control character, no space at either end, not a number.
+void validateName(const char* what, const std::string& name);
+
 enum class ExistingArchive { Refuse, Append, Overwrite };
 
 /// Writes an archive, step by step; a step is in the table whole or not at all, and any prefix of
-/// the history of writes opens cleanly. Not thread-safe.
+/// the history of writes opens cleanly. One writer at a time: it holds an advisory lock on the
+/// folder. Not thread-safe.
 class ArchiveWriter {
  public:
   /// Creates `directory` (and parents). Refuse throws Exists when it already holds a table;
-  /// Overwrite removes the files its table names, and only those; Append keeps it and repairs a
-  /// torn last line. A directory that is no archive but not empty is refused whatever the policy.
+  /// Overwrite removes the files its table names, and only those; Append keeps it, repairs a torn
+  /// last line and removes what an interrupted step left behind. A directory that is no archive but
+  /// not empty is refused whatever the policy (Exists), and so is one that another writer holds.
   ArchiveWriter(std::filesystem::path directory, ExistingArchive policy);
+  ~ArchiveWriter();
+  ArchiveWriter(const ArchiveWriter&) = delete;
+  ArchiveWriter& operator=(const ArchiveWriter&) = delete;
 
   /// A proxy and its preview, to be written with the step.
   struct Entry {
@@ -43,17 +54,31 @@ class ArchiveWriter {
     double encodeSeconds = 0.0;
     double writeSeconds = 0.0;
   };
-  /// Writes the files of one step and then its rows in one append. Rows of the same or later
-  /// cycles from before an Append are superseded: dropped from the table, then deleted. Throws Io
-  /// or NoSpace with path and reason; then no row of this step is in the table, its files are
-  /// removed, and the next step may be tried.
+  /// Writes the files of one step, all of one cycle that is later than those written before, and
+  /// then its rows in one append. Rows of the same or later cycles from before an Append are
+  /// superseded: the table is replaced by one without them and with the new step, then their files
+  /// are deleted. Throws Io or NoSpace with path and reason; then no row of this step is in the
+  /// table, its files are removed, and the next step may be tried. When the directory or its table
+  /// vanished, the step fails with Io and the next one starts the table anew, with the rows whose
+  /// files are still there.
   Written writeStep(const std::vector<Entry>& entries);
 
   const std::filesystem::path& directory() const { return directory_; }
 
  private:
+  void takeOver(ExistingArchive policy);
+  void lock();
+  void recover();
+  bool intact() const;
+  std::vector<ArchiveRow> newRows(const std::vector<Entry>& entries) const;
+  void publish(const std::vector<ArchiveRow>& rows);
+  void writeTable(const std::vector<ArchiveRow>& rows) const;
+
   std::filesystem::path directory_;
-  std::vector<ArchiveRow> earlier_;  ///< rows of the run that we append to
+  int folder_ = -1;               ///< descriptor of the directory, carries the lock
+  std::vector<ArchiveRow> rows_;  ///< the table
+  std::size_t earlier_ = 0;       ///< of these, the first are of the run that we append to
+  bool lost_ = false;             ///< the directory or its table vanished
 };
 
 /// Reads an archive. The constructor parses the table only; files open when asked for.
@@ -64,7 +89,8 @@ class Archive {
   explicit Archive(std::filesystem::path directory);
 
   const std::filesystem::path& directory() const { return directory_; }
-  const std::vector<ArchiveRow>& rows() const { return rows_; }
+  const std::vector<ArchiveRow>& rows() const& { return rows_; }
+  std::vector<ArchiveRow> rows() && { return std::move(rows_); }
   /// Distinct values in order of appearance; cycles sorted.
   std::vector<long> cycles() const;
   std::vector<std::string> views() const;
@@ -83,10 +109,13 @@ class Archive {
   std::vector<ArchiveRow> rows_;
 };
 
-/// One finding of checkArchive: what is wrong with which file, or with the table.
+/// One finding of checkArchive: what is wrong with which file, or with the table. A leftover is
+/// what an interrupted run may leave and every reader ignores (a torn last line, files that no row
+/// names); everything else is damage.
 struct Finding {
   std::string file;
   std::string problem;
+  bool leftover = false;
 };
 
 /// Verifies that the table is a valid Cinema Spec D table, that every file it names exists, lies
@@ -101,5 +130,8 @@ std::vector<Finding> repairArchive(const std::filesystem::path& directory);
 /// The text of a table, header line included; and back. Exposed for tests and for other writers.
 std::string tableText(const std::vector<ArchiveRow>& rows);
 std::vector<ArchiveRow> rowsFromTable(std::string_view text, bool& tornLastLine);
+/// Its first line, and one line; each with the line break.
+std::string tableHeaderLine();
+std::string tableLine(const ArchiveRow& row);
 
 }  // namespace vestige

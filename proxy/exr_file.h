@@ -12,12 +12,14 @@
 namespace vestige {
 
 /// Serialises a proxy image as a multi-part EXR (docs/archive-format.md). Deterministic: equal
-/// images give equal bytes. Throws InvalidArgument when a channel's size is not the picture's.
+/// images give equal bytes. Throws InvalidArgument when a channel's size is not the picture's, a
+/// name is not [A-Za-z0-9_.+-]+, or a value does not fit its storage.
 std::vector<std::byte> encodeExr(const ProxyImage& image);
 
 /// One EXR of an archive, opened lazily: the constructor reads headers only, `part` decodes one
 /// part. Throws Io when it cannot be read, Format with file and reason when it is not a proxy or
-/// is hostile: sizes are checked against the file before anything is allocated.
+/// is hostile: sizes are checked against the file before anything is allocated. One thread at a
+/// time may use an object.
 class ExrFile {
  public:
   explicit ExrFile(std::filesystem::path path);
@@ -38,5 +40,12 @@ class ExrFile {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Threads of OpenEXR's process-wide pool, which encoding and decoding share; 0 = the calling
+/// thread does it all. Without a call the first encoding or decoding starts one thread a core, 8 at
+/// most, unless the process has a pool already. They are made with every signal blocked and the
+/// default floating-point environment. Not while anything is being encoded or decoded; a process
+/// that forks and goes on encoding in the child must have set 0 before.
+void setExrThreads(int count);
 
 }  // namespace vestige

@@ -41,6 +41,7 @@ struct ProxyHeader {
   FieldStatistics statistics;
   std::string provenance;  ///< "vestige 0.1.0; ..." free text
   std::string note;        ///< what the user's config says about the run
+  std::string owner;       ///< whose run it is, may be empty
 };
 
 enum class ChannelStorage { Half, Float };
@@ -65,7 +66,9 @@ struct Channel {
 /// mip          mip            value: in the field's units, NaN where no data;            float
 /// reference    reference      R, G, B (linear, premultiplied, over nothing), A;          half
 /// A part's values are stored divided by `unit` after subtracting `zero`; readers undo it, so
-/// in memory every channel is in the unit that the table gives and ℓ, z̄ are world units.
+/// in memory every channel is in the unit that the table gives and ℓ, z̄ are world units. Where
+/// zero != 0 a stored 0 means missing and is 0 in memory. proxy_layout.h makes parts whose values
+/// survive storage bit for bit.
 struct ProxyPart {
   std::string name;
   double unit = 1.0;

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <set>
+#include <span>
+#include <system_error>
+#include <utility>
+
+#include "proxy/archive.h"
+#include "proxy/archive_paths.h"
+#include "proxy/durable_file.h"
+#include "proxy/error.h"
+#include "proxy/exr_threads.h"
+#include "proxy/png_file.h"
+
+namespace vestige {
+namespace {
+
+namespace fs = std::filesystem;
+
+double secondsNow() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+[[noreturn]] void fail(const std::string& what, const fs::path& path, int reason) {
+  throw Error(
+      reason == ENOSPC || reason == EDQUOT ? ErrorCode::NoSpace : ErrorCode::Io,
+      fmt::format("{} '{}': {}", what, path.string(), std::generic_category().message(reason)));
+}
+
+/// What may lie in a folder that a writer can take although it has no table: nothing, or the
+/// first table's temporary file.
+bool isFresh(const fs::path& directory) {
+  std::error_code failed;
+  for (fs::directory_iterator it(directory, failed), end; !failed && it != end;
+       it.increment(failed))
+    if (it->path().filename() != std::string(kTableName) + ".tmp") return false;
+  if (failed) fail("cannot read folder", directory, failed.value());
+  return true;
+}
+
+std::vector<std::string> filesOf(std::span<const ArchiveRow> rows) {
+  std::vector<std::string> files;
+  for (const ArchiveRow& row : rows) {
+    files.push_back(row.exr);
+    files.push_back(row.png);
+  }
+  return files;
+}
+
+/// Deletes what a write that was cut off left under temporary names. Whole files that no row names
+/// stay: they may be all that is left of a damaged table.
+void removeTemporaries(const fs::path& directory) {
+  std::vector<std::string> files = filesInCycles(directory);
+  std::erase_if(files, [](const std::string& file) { return !file.ends_with(".tmp"); });
+  removeInside(directory, files);
+}
+
+}  // namespace
+
+ArchiveWriter::ArchiveWriter(fs::path directory, ExistingArchive policy)
+    : directory_(fs::absolute(directory)) {
+  createFoldersDurably(directory_);
+  lock();
+  try {
+    takeOver(policy);
+  } catch (...) {
+    ::close(folder_);
+    throw;
+  }
+}
+
+ArchiveWriter::~ArchiveWriter() {
+  if (folder_ >= 0) ::close(folder_);
+}
+
+void ArchiveWriter::lock() {
+  if (folder_ >= 0) ::close(std::exchange(folder_, -1));
+  folder_ = ::open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder_ < 0) fail("cannot open archive", directory_, errno);
+  // File systems without locks are written without one.
+  if (::flock(folder_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    ::close(std::exchange(folder_, -1));
+    throw Error(ErrorCode::Exists,
+                "archive '" + directory_.string() + "' is being written by another run");
+  }
+}
+
+void ArchiveWriter::takeOver(ExistingArchive policy) {
+  const fs::path table = directory_ / kTableName;
+  if (!fs::exists(table)) {
+    if (!isFresh(directory_))
+      throw Error(
+          ErrorCode::Exists,
+          "'" + directory_.string() + "' is neither empty nor an archive: it has no " + kTableName);
+    return writeTable({});
+  }
+  if (policy == ExistingArchive::Refuse)
+    throw Error(ErrorCode::Exists, "archive '" + directory_.string() +
+                                       "' exists already; append, overwrite or choose another");
+  rows_ = Archive(directory_).rows();
+  if (policy == ExistingArchive::Overwrite) {
+    // First the rows, then the files: a reader never sees a row whose files are gone.
+    std::vector<std::string> files = filesOf(rows_);
+    rows_.clear();
+    writeTable({});
+    removeInside(directory_, files);
+  } else if (readBytes(table).size() != tableText(rows_).size()) {
+    writeTable(rows_);
+  }
+  removeTemporaries(directory_);
+  earlier_ = rows_.size();
+}
+
+bool ArchiveWriter::intact() const {
+  struct stat held, seen;
+  return ::fstat(folder_, &held) == 0 && ::stat(directory_.c_str(), &seen) == 0 &&
+         held.st_ino == seen.st_ino && held.st_dev == seen.st_dev &&
+         ::access((directory_ / kTableName).c_str(), F_OK) == 0;
+}
+
+void ArchiveWriter::recover() {
+  createFoldersDurably(directory_);
+  lock();
+  std::vector<ArchiveRow> kept;
+  std::size_t keptEarlier = 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    if (!fs::exists(directory_ / rows_[i].exr) || !fs::exists(directory_ / rows_[i].png)) continue;
+    kept.push_back(rows_[i]);
+    if (i < earlier_) ++keptEarlier;
+  }
+  writeTable(kept);
+  rows_ = std::move(kept);
+  earlier_ = keptEarlier;
+  lost_ = false;
+}
+
+void ArchiveWriter::writeTable(const std::vector<ArchiveRow>& rows) const {
+  std::string text = tableText(rows);
+  writeDurably(directory_ / kTableName, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+std::vector<ArchiveRow> ArchiveWriter::newRows(const std::vector<Entry>& entries) const {
+  std::vector<ArchiveRow> rows;
+  std::set<std::string> stems;
+  for (const Entry& entry : entries) {
+    if (!entry.image || !entry.preview)
+      throw Error(ErrorCode::InvalidArgument, "an entry of a step has no image or no preview");
+    const ProxyHeader& h = entry.image->header;
+    validateName("view", h.view);
+    validateName("field", h.field);
+    validateName("proxy", h.kind);
+    if (!std::isfinite(h.time) || h.cycle < 0)
+      throw Error(ErrorCode::InvalidArgument,
+                  fmt::format("a step at time {} and cycle {} cannot be stored", h.time, h.cycle));
+    const ProxyHeader& first = entries.front().image->header;
+    if (h.cycle != first.cycle || h.time != first.time)
+      throw Error(ErrorCode::InvalidArgument,
+                  fmt::format("one step has cycles {} and {} or times {} and {}", first.cycle,
+                              h.cycle, first.time, h.time));
+    rows.push_back({h.time, h.cycle, h.view, h.field, h.kind, {}, {}});
+    if (!stems.insert(stemFor(h.cycle, h.view, h.field, h.kind, 1)).second)
+      throw Error(ErrorCode::InvalidArgument,
+                  fmt::format("one step has the {} proxy of field '{}' in view '{}' twice", h.kind,
+                              h.field, h.view));
+  }
+  long cycle = rows.front().cycle;
+  if (rows_.size() > earlier_ && cycle <= rows_.back().cycle)
+    throw Error(ErrorCode::InvalidArgument,
+                fmt::format("cycle {} does not come after cycle {}", cycle, rows_.back().cycle));
+  // Files of superseded rows stay until the new table is in place, so ours need other names.
+  int generation = 1;
+  auto taken = [&](const ArchiveRow& row) {
+    std::string stem = stemFor(row.cycle, row.view, row.field, row.proxy, generation);
+    std::error_code ignored;
+    return fs::exists(fs::symlink_status(directory_ / (stem + ".exr"), ignored)) ||
+           fs::exists(fs::symlink_status(directory_ / (stem + ".png"), ignored));
+  };
+  while (std::any_of(rows.begin(), rows.end(), taken)) ++generation;
+  for (ArchiveRow& row : rows) {
+    std::string stem = stemFor(row.cycle, row.view, row.field, row.proxy, generation);
+    row.exr = stem + ".exr";
+    row.png = stem + ".png";
+  }
+  return rows;
+}
+
+void ArchiveWriter::publish(const std::vector<ArchiveRow>& rows) {
+  const long cycle = rows.front().cycle;
+  auto superseded = [&](const ArchiveRow& row) { return row.cycle >= cycle; };
+  auto firstNew = rows_.begin() + std::ptrdiff_t(earlier_);
+  if (std::none_of(rows_.begin(), firstNew, superseded)) {
+    std::string lines;
+    for (const ArchiveRow& row : rows) lines += tableLine(row);
+    appendDurably(directory_ / kTableName, lines, true);
+    rows_.insert(rows_.end(), rows.begin(), rows.end());
+    return;
+  }
+  std::vector<ArchiveRow> table, dropped;
+  for (auto it = rows_.begin(); it != rows_.end(); ++it)
+    (it < firstNew && superseded(*it) ? dropped : table).push_back(*it);
+  const std::size_t keptEarlier = earlier_ - dropped.size();
+  table.insert(table.end(), rows.begin(), rows.end());
+  writeTable(table);
+  rows_ = std::move(table);
+  earlier_ = keptEarlier;
+  removeInside(directory_, filesOf(dropped));
+}
+
+ArchiveWriter::Written ArchiveWriter::writeStep(const std::vector<Entry>& entries) try {
+  Written written;
+  if (entries.empty()) return written;
+  if (lost_) recover();
+  if (!intact())
+    throw Error(ErrorCode::Io, "archive '" + directory_.string() +
+                                   "' or its table was removed while it was being written");
+  std::vector<ArchiveRow> rows = newRows(entries);
+  DurableBatch batch(directory_);
+  double now = secondsNow();
+  auto lap = [&now](double& seconds) {
+    const double before = std::exchange(now, secondsNow());
+    seconds += now - before;
+  };
+
+  ensureExrThreads();
+  std::vector<std::vector<std::byte>> pngs(entries.size());
+  forEachOnExrThreads(int(entries.size()), [&](int i) {
+    pngs[std::size_t(i)] = encodePng(*entries[std::size_t(i)].preview);
+  });
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    std::vector<std::byte> exr = encodeExr(*entries[i].image);
+    lap(written.encodeSeconds);
+    batch.add(rows[i].exr, exr);
+    batch.add(rows[i].png, pngs[i]);
+    written.bytes += exr.size() + pngs[i].size();
+    lap(written.writeSeconds);
+  }
+  batch.place();
+  publish(rows);
+  batch.keep();
+  lap(written.writeSeconds);
+  return written;
+} catch (...) {
+  lost_ = !intact();
+  throw;
+}
+
+}  // namespace vestige

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+
+#include "proxy/error.h"
+#include "proxy/exr_file.h"
+#include "proxy/exr_header.h"
+#include "proxy/exr_scan.h"
+#include "proxy/exr_threads.h"
+#include "proxy/storage_scale.h"
+
+namespace vestige {
+namespace {
+
+[[noreturn]] void unreadable(const std::filesystem::path& path, const std::string& reason) {
+  throw Error(ErrorCode::Io, "cannot read '" + path.string() + "': " + reason);
+}
+[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& reason) {
+  throw Error(ErrorCode::Format, "'" + path.string() + "' is not a readable proxy: " + reason);
+}
+
+/// A file read by position. OpenEXR serialises its calls.
+class FileStream : public Imf::IStream {
+ public:
+  explicit FileStream(const std::filesystem::path& path)
+      : Imf::IStream(path.c_str()), path_(path), fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+    struct stat status;
+    if (fd_ < 0 || ::fstat(fd_, &status) != 0) {
+      int reason = errno;
+      if (fd_ >= 0) ::close(fd_);
+      unreadable(path, std::generic_category().message(reason));
+    }
+    if (!S_ISREG(status.st_mode)) {
+      ::close(fd_);
+      unreadable(path, "it is no regular file");
+    }
+    size_ = std::uint64_t(status.st_size);
+  }
+  ~FileStream() override { ::close(fd_); }
+
+  std::uint64_t size() const { return size_; }
+  void readAt(std::uint64_t offset, std::size_t n, char* out) const {
+    while (n > 0) {
+      ssize_t got = ::pread(fd_, out, n, off_t(offset));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) unreadable(path_, std::generic_category().message(errno));
+      if (got == 0) refuse(path_, "it ends too early");
+      out += got, offset += std::uint64_t(got), n -= std::size_t(got);
+    }
+  }
+  bool read(char c[], int n) override {
+    if (n < 0 || at_ > size_ || std::uint64_t(n) > size_ - at_) refuse(path_, "it ends too early");
+    readAt(at_, std::size_t(n), c);
+    at_ += std::uint64_t(n);
+    return at_ < size_;
+  }
+  std::uint64_t tellg() override { return at_; }
+  void seekg(std::uint64_t pos) override { at_ = pos; }
+
+ private:
+  std::filesystem::path path_;
+  int fd_;
+  std::uint64_t size_ = 0, at_ = 0;
+};
+
+}  // namespace
+
+struct ExrFile::Impl {
+  std::filesystem::path path;
+  FileStream stream;
+  std::unique_ptr<Imf::MultiPartInputFile> file;
+  ProxyHeader header;
+  std::vector<PartLayout> layouts;
+
+  explicit Impl(std::filesystem::path p) : path(std::move(p)), stream(path) {
+    scanExr(path, stream.size(), [this](std::uint64_t offset, std::size_t n, char* out) {
+      stream.readAt(offset, n, out);
+    });
+    ensureExrThreads();
+    guarded([&] {
+      file = std::make_unique<Imf::MultiPartInputFile>(stream, Imf::globalThreadCount(), false);
+      header = proxyHeaderFrom(file->header(0));
+      for (int i = 0; i < file->parts(); ++i) layouts.push_back(partLayoutFrom(file->header(i)));
+    });
+    checkLayouts();
+  }
+
+  /// OpenEXR's exceptions, and ours without a file name, become Format with file and reason.
+  template <typename Work>
+  auto guarded(const Work& work) const -> decltype(work()) {
+    try {
+      return work();
+    } catch (const Error& e) {
+      if (e.code() != ErrorCode::Format ||
+          std::string_view(e.what()).find(path.string()) != std::string_view::npos)
+        throw;
+      refuse(path, e.what());
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception& e) {
+      refuse(path, e.what());
+    }
+  }
+
+  void checkLayouts() const {
+    std::uint64_t pictureBytes = 0;
+    for (std::size_t i = 0; i < layouts.size(); ++i) {
+      const Imf::ChannelList& stored = file->header(int(i)).channels();
+      for (const ChannelLayout& c : layouts[i].channels) {
+        const bool half = c.storage == ChannelStorage::Half;
+        pictureBytes += header.size.pixels() * (half ? 2u : 4u);
+        if (c.constant) continue;
+        const Imf::Channel* found = stored.findChannel(c.name);
+        if (!found || found->type != (half ? Imf::HALF : Imf::FLOAT))
+          refuse(path, "part '" + layouts[i].name + "' has no channel '" + c.name +
+                           "' of the type that it states");
+      }
+    }
+    if (!pictureFitsFile(pictureBytes, stream.size()))
+      refuse(path, "it claims pictures of " + std::to_string(pictureBytes) +
+                       " bytes in a file of " + std::to_string(stream.size()));
+  }
+
+  ProxyPart decode(int number) const;
+};
+
+namespace {
+
+/// Stored numbers to in-memory ones, inside the data window.
+void restore(const StorageScale& scale, const Imath::Box2i& window, int width, float* plane) {
+  if (scale.identity()) return;
+  for (int y = window.min.y; y <= window.max.y; ++y) {
+    float* row = plane + std::ptrdiff_t(y) * width;
+    for (int x = window.min.x; x <= window.max.x; ++x) row[x] = scale.memory(row[x]);
+  }
+}
+
+}  // namespace
+
+ProxyPart ExrFile::Impl::decode(int number) const {
+  const PartLayout& layout = layouts[std::size_t(number)];
+  const Imath::Box2i window = file->header(number).dataWindow();
+  const int width = header.size.width;
+  ProxyPart part{layout.name, layout.unit, layout.zero, layout.error, {}};
+  part.channels.resize(layout.channels.size());
+  forEachOnExrThreads(int(part.channels.size()), [&](int i) {
+    const ChannelLayout& c = layout.channels[std::size_t(i)];
+    part.channels[std::size_t(i)] = {c.name, c.storage,
+                                     std::vector<float>(header.size.pixels(), c.fill)};
+  });
+  Imf::FrameBuffer frame;
+  for (std::size_t i = 0; i < part.channels.size(); ++i)
+    if (!layout.channels[i].constant)
+      frame.insert(part.channels[i].name,
+                   Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(part.channels[i].values.data()),
+                              sizeof(float), sizeof(float) * std::size_t(width)));
+  guarded([&] {
+    Imf::InputPart in(*file, number);
+    in.setFrameBuffer(frame);
+    in.readPixels(window.min.y, window.max.y);
+  });
+  forEachOnExrThreads(int(part.channels.size()), [&](int i) {
+    if (!layout.channels[std::size_t(i)].constant)
+      restore({layout.unit, layout.zero}, window, width,
+              part.channels[std::size_t(i)].values.data());
+  });
+  return part;
+}
+
+ExrFile::ExrFile(std::filesystem::path path) : impl_(std::make_unique<Impl>(std::move(path))) {}
+ExrFile::~ExrFile() = default;
+ExrFile::ExrFile(ExrFile&&) noexcept = default;
+ExrFile& ExrFile::operator=(ExrFile&&) noexcept = default;
+
+const std::filesystem::path& ExrFile::path() const { return impl_->path; }
+const ProxyHeader& ExrFile::header() const { return impl_->header; }
+
+std::vector<std::string> ExrFile::partNames() const {
+  std::vector<std::string> names;
+  for (const PartLayout& layout : impl_->layouts) names.push_back(layout.name);
+  return names;
+}
+
+bool ExrFile::has(const std::string& part) const {
+  return std::any_of(impl_->layouts.begin(), impl_->layouts.end(),
+                     [&](const PartLayout& layout) { return layout.name == part; });
+}
+
+ProxyPart ExrFile::part(const std::string& name) const {
+  for (std::size_t i = 0; i < impl_->layouts.size(); ++i)
+    if (impl_->layouts[i].name == name) return impl_->decode(int(i));
+  throw Error(ErrorCode::NotFound, "'" + impl_->path.string() + "' has no part '" + name + "'");
+}
+
+ProxyImage ExrFile::image() const {
+  ProxyImage image{impl_->header, {}};
+  for (std::size_t i = 0; i < impl_->layouts.size(); ++i)
+    image.parts.push_back(impl_->decode(int(i)));
+  return image;
+}
+
+}  // namespace vestige

@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <Imath/half.h>
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfMultiPartOutputFile.h>
+#include <OpenEXR/ImfOutputPart.h>
+#include <OpenEXR/ImfPartType.h>
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <set>
+
+#include "proxy/error.h"
+#include "proxy/exr_file.h"
+#include "proxy/exr_header.h"
+#include "proxy/exr_scan.h"
+#include "proxy/exr_threads.h"
+#include "proxy/storage_scale.h"
+
+namespace vestige {
+namespace {
+
+/// Deflate's level: see docs/archive-format.md, "Compression".
+constexpr int kZipLevel = 4;
+
+class MemoryStream : public Imf::OStream {
+ public:
+  MemoryStream() : Imf::OStream("memory") {}
+  void write(const char c[], int n) override {
+    std::size_t end = at_ + std::size_t(n);
+    if (end > bytes_.size()) bytes_.resize(end);
+    std::memcpy(bytes_.data() + at_, c, std::size_t(n));
+    at_ = end;
+  }
+  std::uint64_t tellp() override { return at_; }
+  void seekp(std::uint64_t pos) override { at_ = std::size_t(pos); }
+  std::vector<std::byte> take() { return std::move(bytes_); }
+
+ private:
+  std::vector<std::byte> bytes_;
+  std::size_t at_ = 0;
+};
+
+/// Pixels that hold something, [x0, x1) x [y0, y1); empty when x0 >= x1.
+struct Extent {
+  int x0 = std::numeric_limits<int>::max(), y0 = x0, x1 = 0, y1 = 0;
+  void add(const Extent& e) {
+    x0 = std::min(x0, e.x0), y0 = std::min(y0, e.y0);
+    x1 = std::max(x1, e.x1), y1 = std::max(y1, e.y1);
+  }
+};
+
+/// One channel as it goes into the file.
+struct StoredChannel {
+  std::vector<std::uint16_t> halves;
+  std::vector<float> floats;
+  const float* plane = nullptr;  ///< of Float storage: `floats`, or the caller's values
+  Extent extent;                 ///< where it differs from its fill
+};
+
+struct StoredPart {
+  PartLayout layout;
+  std::vector<StoredChannel> channels;
+  Extent extent;
+};
+
+/// What a pixel that no ray met is (ProxyPart's table).
+float missingValue(const std::string& channel) {
+  if (channel == "Z") return std::numeric_limits<float>::infinity();
+  if (channel == "T") return 1.0f;
+  if (channel == "value") return std::numeric_limits<float>::quiet_NaN();
+  return 0.0f;
+}
+
+template <typename Word>
+bool sameBits(Word a, Word b) {
+  if constexpr (sizeof(Word) == 4)
+    return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
+  else
+    return a == b;
+}
+
+template <typename Word>
+bool allTheSame(const Word* plane, std::size_t n) {
+  return n < 2 || std::memcmp(plane, plane + 1, (n - 1) * sizeof(Word)) == 0;
+}
+
+template <typename Word>
+Extent extentOf(const Word* plane, ImageSize size, Word fill) {
+  Extent e;
+  for (int y = 0; y < size.height; ++y, plane += size.width) {
+    int x0 = 0, x1 = size.width;
+    while (x0 < x1 && sameBits(plane[x0], fill)) ++x0;
+    if (x0 == x1) continue;
+    while (sameBits(plane[x1 - 1], fill)) --x1;
+    e.add({x0, y, x1, y + 1});
+  }
+  return e;
+}
+
+std::uint16_t halfOf(float stored, bool present) {
+  std::uint16_t bits = Imath::half(stored).bits();
+  // A value that happens to be `zero` must not read as missing.
+  return present && (bits & 0x7fff) == 0 ? std::uint16_t(1) : bits;
+}
+
+[[noreturn]] void tooLarge(const ProxyPart& part, const Channel& channel, float value) {
+  throw Error(ErrorCode::InvalidArgument,
+              fmt::format("channel '{}' of part '{}' holds {}, which its storage (zero {}, unit "
+                          "{}) cannot",
+                          channel.name, part.name, value, part.zero, part.unit));
+}
+
+void storeHalves(const ProxyPart& part, const Channel& channel, StoredChannel& out) {
+  const StorageScale scale{part.unit, part.zero};
+  out.halves.resize(channel.values.size());
+  for (std::size_t i = 0; i < out.halves.size(); ++i) {
+    float value = channel.values[i];
+    std::uint16_t bits = halfOf(scale.stored(value), scale.missingIsZero() && value != 0.0f);
+    if ((bits & 0x7fff) == 0x7c00 && std::isfinite(value)) tooLarge(part, channel, value);
+    out.halves[i] = bits;
+  }
+}
+
+void storeFloats(const ProxyPart& part, const Channel& channel, StoredChannel& out) {
+  const StorageScale scale{part.unit, part.zero};
+  out.plane = channel.values.data();
+  if (scale.identity()) return;
+  out.floats.resize(channel.values.size());
+  for (std::size_t i = 0; i < out.floats.size(); ++i) {
+    float value = channel.values[i], stored = scale.stored(value);
+    if (std::isinf(stored) && std::isfinite(value)) tooLarge(part, channel, value);
+    if (scale.missingIsZero() && value != 0.0f && stored == 0.0f)
+      stored = std::numeric_limits<float>::min();
+    out.floats[i] = stored;
+  }
+  out.plane = out.floats.data();
+}
+
+void storeChannel(const ProxyPart& part, const Channel& channel, ImageSize size, bool sparse,
+                  ChannelLayout& layout, StoredChannel& out) {
+  const std::size_t n = size.pixels();
+  const bool half = channel.storage == ChannelStorage::Half;
+  if (sparse && allTheSame(channel.values.data(), n)) {
+    Channel single{channel.name, channel.storage, {channel.values[0]}};
+    StoredChannel one;
+    half ? storeHalves(part, single, one) : storeFloats(part, single, one);
+    layout.constant = true;
+    layout.fill = StorageScale{part.unit, part.zero}.memory(
+        half ? float(Imath::half(Imath::half::FromBits, one.halves[0])) : *one.plane);
+    return;
+  }
+  half ? storeHalves(part, channel, out) : storeFloats(part, channel, out);
+  if (!sparse) {
+    out.extent = {0, 0, size.width, size.height};
+    return;
+  }
+  layout.fill = missingValue(channel.name);
+  const float fill = StorageScale{part.unit, part.zero}.stored(layout.fill);
+  out.extent = half ? extentOf(out.halves.data(), size, Imath::half(fill).bits())
+                    : extentOf(out.plane, size, fill);
+}
+
+bool plainName(const std::string& name) {
+  auto plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::strchr("_.+-", c);
+  };
+  return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), plain);
+}
+
+void validate(const ProxyImage& image) {
+  auto refuse = [&](const std::string& reason) {
+    throw Error(ErrorCode::InvalidArgument,
+                fmt::format("the {} proxy of field '{}' cannot be stored: {}", image.header.kind,
+                            image.header.field, reason));
+  };
+  const ImageSize size = image.header.size;
+  if (size.width < 1 || size.height < 1 || size.width > ExrLimits::kSide ||
+      size.height > ExrLimits::kSide)
+    refuse(fmt::format("its picture is {} x {}", size.width, size.height));
+  for (const auto& [what, text] : {std::pair{"kind", &image.header.kind},
+                                   {"field name", &image.header.field},
+                                   {"view name", &image.header.view}})
+    if (text->empty()) refuse(fmt::format("its {} is empty", what));
+  if (image.parts.empty() || image.parts.size() > std::size_t(ExrLimits::kParts))
+    refuse(fmt::format("it has {} parts", image.parts.size()));
+  std::set<std::string> parts;
+  std::size_t channels = 0;
+  for (const ProxyPart& part : image.parts) {
+    if (!plainName(part.name) || !parts.insert(part.name).second)
+      refuse(fmt::format("the part name '{}' is not plain or comes twice", part.name));
+    if (!(part.unit > 0.0) || !std::isfinite(part.unit) || !std::isfinite(part.zero) ||
+        !std::isfinite(part.error))
+      refuse(fmt::format("part '{}' has unit {}, zero {}, error {}", part.name, part.unit,
+                         part.zero, part.error));
+    std::set<std::string> names;
+    for (const Channel& channel : part.channels) {
+      if (!plainName(channel.name) || !names.insert(channel.name).second)
+        refuse(fmt::format("the channel name '{}' is not plain or comes twice", channel.name));
+      if (channel.values.size() != size.pixels())
+        refuse(fmt::format("channel '{}' has {} values, the picture {}", channel.name,
+                           channel.values.size(), size.pixels()));
+    }
+    if (part.channels.empty()) refuse(fmt::format("part '{}' has no channels", part.name));
+    channels += part.channels.size();
+  }
+  if (channels > std::size_t(ExrLimits::kChannels))
+    refuse(fmt::format("it has {} channels", channels));
+}
+
+std::vector<StoredPart> store(const ProxyImage& image, bool sparse) {
+  std::vector<StoredPart> parts;
+  std::vector<std::pair<int, int>> jobs;
+  for (const ProxyPart& part : image.parts) {
+    StoredPart stored{{part.name, part.unit, part.zero, part.error, {}}, {}, {}};
+    for (const Channel& c : part.channels) {
+      jobs.emplace_back(int(parts.size()), int(stored.channels.size()));
+      stored.layout.channels.push_back({c.name, c.storage});
+      stored.channels.emplace_back();
+    }
+    parts.push_back(std::move(stored));
+  }
+  forEachOnExrThreads(int(jobs.size()), [&](int i) {
+    auto [p, c] = jobs[std::size_t(i)];
+    const ProxyPart& part = image.parts[std::size_t(p)];
+    StoredPart& stored = parts[std::size_t(p)];
+    storeChannel(part, part.channels[std::size_t(c)], image.header.size, sparse,
+                 stored.layout.channels[std::size_t(c)], stored.channels[std::size_t(c)]);
+  });
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    StoredPart& stored = parts[p];
+    for (const StoredChannel& channel : stored.channels) stored.extent.add(channel.extent);
+    if (stored.extent.x0 < stored.extent.x1) continue;
+    // OpenEXR wants a channel and a pixel: a part that is constant throughout keeps one of each.
+    stored.extent = {0, 0, 1, 1};
+    if (std::all_of(stored.layout.channels.begin(), stored.layout.channels.end(),
+                    [](const ChannelLayout& c) { return c.constant; })) {
+      stored.layout.channels[0].constant = false;
+      const Channel& first = image.parts[p].channels[0];
+      first.storage == ChannelStorage::Half
+          ? storeHalves(image.parts[p], first, stored.channels[0])
+          : storeFloats(image.parts[p], first, stored.channels[0]);
+    }
+  }
+  return parts;
+}
+
+Imf::Header headerOf(const ProxyImage& image, const StoredPart& part, bool first) {
+  const ImageSize size = image.header.size;
+  const Extent& e = part.extent;
+  Imf::Header header(Imath::Box2i({0, 0}, {size.width - 1, size.height - 1}),
+                     Imath::Box2i({e.x0, e.y0}, {e.x1 - 1, e.y1 - 1}));
+  header.compression() = Imf::ZIP_COMPRESSION;
+  header.zipCompressionLevel() = kZipLevel;
+  header.setName(part.layout.name);
+  header.setType(Imf::SCANLINEIMAGE);
+  for (const ChannelLayout& c : part.layout.channels)
+    if (!c.constant)
+      header.channels().insert(
+          c.name, Imf::Channel(c.storage == ChannelStorage::Half ? Imf::HALF : Imf::FLOAT));
+  // Readers need them once; part 0 speaks for the file.
+  if (first) setProxyAttributes(header, image.header);
+  setPartAttributes(header, part.layout);
+  return header;
+}
+
+void writePart(Imf::MultiPartOutputFile& file, int number, const StoredPart& part, int width) {
+  Imf::FrameBuffer frame;
+  for (std::size_t c = 0; c < part.channels.size(); ++c) {
+    const ChannelLayout& layout = part.layout.channels[c];
+    if (layout.constant) continue;
+    const bool half = layout.storage == ChannelStorage::Half;
+    const void* plane =
+        half ? static_cast<const void*>(part.channels[c].halves.data()) : part.channels[c].plane;
+    const std::size_t word = half ? sizeof(std::uint16_t) : sizeof(float);
+    frame.insert(layout.name, Imf::Slice(half ? Imf::HALF : Imf::FLOAT,
+                                         static_cast<char*>(const_cast<void*>(plane)), word,
+                                         word * std::size_t(width)));
+  }
+  Imf::OutputPart out(file, number);
+  out.setFrameBuffer(frame);
+  out.writePixels(part.extent.y1 - part.extent.y0);
+}
+
+std::vector<std::byte> encode(const ProxyImage& image, bool sparse) {
+  std::vector<StoredPart> parts = store(image, sparse);
+  std::vector<Imf::Header> headers;
+  for (const StoredPart& part : parts) headers.push_back(headerOf(image, part, headers.empty()));
+  MemoryStream stream;
+  {
+    Imf::MultiPartOutputFile file(stream, headers.data(), int(headers.size()));
+    for (std::size_t p = 0; p < parts.size(); ++p)
+      writePart(file, int(p), parts[p], image.header.size.width);
+  }  // writes the tables of chunks
+  return stream.take();
+}
+
+}  // namespace
+
+std::vector<std::byte> encodeExr(const ProxyImage& image) {
+  validate(image);
+  ensureExrThreads();
+  std::uint64_t pictureBytes = 0;
+  for (const ProxyPart& part : image.parts)
+    for (const Channel& c : part.channels)
+      pictureBytes += image.header.size.pixels() * (c.storage == ChannelStorage::Half ? 2u : 4u);
+  try {
+    std::vector<std::byte> bytes = encode(image, true);
+    // A huge and nearly empty picture would look like a trap to readers: store every pixel then.
+    if (!pictureFitsFile(pictureBytes, bytes.size())) bytes = encode(image, false);
+    return bytes;
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& e) {
+    throw Error(ErrorCode::Internal, fmt::format("the {} proxy of field '{}' does not encode: {}",
+                                                 image.header.kind, image.header.field, e.what()));
+  }
+}
+
+}  // namespace vestige

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "proxy/proxy_image.h"
+
+namespace vestige {
+
+/// What is wrong with the values of a proxy: parts or channels that its kind does not have, and
+/// values outside of what the table of ProxyPart and method §2 allow, storage errors granted. One
+/// sentence each; empty = all is well.
+std::vector<std::string> problemsOf(const ProxyImage& image);
+
+}  // namespace vestige

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "proxy/proxy_layout.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "proxy/error.h"
+#include "proxy/exr_threads.h"
+#include "proxy/storage_scale.h"
+
+namespace vestige {
+namespace {
+
+/// A half below 2^-13 is a whole number of these, up to 2047 of them: with such a unit the bits of
+/// a stored value are a small integer, which is what deflate's predictor wants to see.
+constexpr double kHalfQuantum = 0x1p-24;
+
+constexpr double kFractionStep = 0x1p-12;
+constexpr double kLengthSteps = 8192.0;  ///< per domain diagonal
+constexpr double kDepthLevels = 2046.0;  ///< of mean depth over the domain
+constexpr double kMostRuns = 2047.0;
+constexpr double kLayerDepthSteps = 0x1p20;  ///< per domain diagonal, at least
+constexpr double kNormalSteps = 128.0;
+
+/// The nearest whole number that a half holds exactly as that many quanta.
+double roundToHalf(double quanta) {
+  if (quanta < 2048.0) return std::nearbyint(quanta);
+  const double grain = std::exp2(std::ilogb(quanta) - 10);
+  return std::nearbyint(quanta / grain) * grain;
+}
+
+/// Rounds values >= 0 to whole steps.
+class Quantiser {
+ public:
+  Quantiser(double step, double zero = 0.0)
+      : scale_{step / kHalfQuantum, zero}, zero_(zero), perStep_(1.0 / step) {}
+  float operator()(double value) const {
+    return scale_.memory(float(roundToHalf((value - zero_) * perStep_) * kHalfQuantum));
+  }
+  double unit() const { return scale_.unit; }
+
+ private:
+  StorageScale scale_;
+  double zero_, perStep_;
+};
+
+void requireSize(const char* what, std::span<const float> planes, std::size_t count,
+                 ImageSize size) {
+  if (planes.size() != count * size.pixels())
+    throw Error(ErrorCode::InvalidArgument,
+                fmt::format("{} has {} values, {} planes of {} x {} need {}", what, planes.size(),
+                            count, size.width, size.height, count * size.pixels()));
+}
+
+const IntervalPartition& partitionOf(const ProxyHeader& header) {
+  if (!header.partition)
+    throw Error(
+        ErrorCode::InvalidArgument,
+        fmt::format("the {} proxy of field '{}' has no intervals", header.kind, header.field));
+  return *header.partition;
+}
+
+std::span<const float> planeOf(std::span<const float> planes, std::size_t i, ImageSize size) {
+  return planes.subspan(i * size.pixels(), size.pixels());
+}
+
+Channel channelOf(std::string name, ChannelStorage storage, std::size_t pixels) {
+  return {std::move(name), storage, std::vector<float>(pixels)};
+}
+
+bool isZero(std::span<const float> plane) {
+  return std::all_of(plane.begin(), plane.end(), [](float v) { return v == 0.0f; });
+}
+
+/// A channel of fractions in [0, 1] and a little beyond.
+Channel fractions(std::string name, std::span<const float> plane,
+                  const std::function<double(float)>& map = {}) {
+  Channel channel = channelOf(std::move(name), ChannelStorage::Half, plane.size());
+  if (!map && isZero(plane)) return channel;
+  const Quantiser quantise(kFractionStep);
+  for (std::size_t i = 0; i < plane.size(); ++i) {
+    const double value = map ? map(plane[i]) : plane[i];
+    channel.values[i] = value > 0.0 ? quantise(value) : 0.0f;
+  }
+  return channel;
+}
+
+double diagonalOf(const Box& domain) {
+  const double diagonal = domain.diagonal();
+  return diagonal > 0.0 && std::isfinite(diagonal) ? diagonal : 1.0;
+}
+
+}  // namespace
+
+DepthRange depthRange(const Camera& camera, const Box& box) {
+  DepthRange range{std::numeric_limits<double>::infinity(),
+                   -std::numeric_limits<double>::infinity()};
+  for (int i = 0; i < 8; ++i) {
+    const double depth = glm::dot(box.corner(i) - camera.position, camera.forward);
+    range.low = std::min(range.low, depth);
+    range.high = std::max(range.high, depth);
+  }
+  return range;
+}
+
+ProxyImage attenuationImage(ProxyHeader header, std::span<const float> attenuation,
+                            std::span<const float> transmittance) {
+  header.kind = kind::kAttenuation;
+  const IntervalPartition& partition = partitionOf(header);
+  const ImageSize size = header.size;
+  const int channels = partition.channels();
+  requireSize("attenuation", attenuation, std::size_t(channels), size);
+  requireSize("transmittance", transmittance, 1, size);
+  ProxyPart part{"attenuation", kFractionStep / kHalfQuantum, 0.0, kFractionStep, {}};
+  part.channels.resize(std::size_t(channels) + 1);
+  forEachOnExrThreads(channels + 1, [&](int k) {
+    part.channels[std::size_t(k)] =
+        k < channels
+            ? fractions(partition.channelName(k), planeOf(attenuation, std::size_t(k), size))
+            : fractions("T", transmittance);
+  });
+  return {std::move(header), {std::move(part)}};
+}
+
+ProxyImage lengthImage(ProxyHeader header, std::span<const float> length,
+                       std::span<const float> moment, std::span<const float> runs) {
+  header.kind = kind::kLength;
+  const IntervalPartition& partition = partitionOf(header);
+  const ImageSize size = header.size;
+  const std::size_t channels = std::size_t(partition.channels());
+  requireSize("length", length, channels, size);
+  requireSize("moment", moment, channels, size);
+  requireSize("runs", runs, channels, size);
+
+  const double lengthStep = diagonalOf(header.domain) / kLengthSteps;
+  const DepthRange range = depthRange(header.camera, header.domain);
+  const double extent = std::max(range.high - range.low, diagonalOf(header.domain) / 1e6);
+  const double depthStep = extent / kDepthLevels;
+  // One step before the nearest depth, so that a stored 0 can mean "nothing here".
+  const double depthZero = range.low - depthStep;
+  const double floatError = std::max(std::abs(range.low), std::abs(range.high)) * 0x1p-24;
+  const Quantiser lengths(lengthStep), depths(depthStep, depthZero);
+  ProxyPart lengthPart{"length", lengths.unit(), 0.0, 2.0 * lengthStep, {}};
+  ProxyPart depthPart{"depth", depths.unit(), depthZero, 0.5 * depthStep + floatError, {}};
+  ProxyPart runsPart{"runs", 1.0 / kHalfQuantum, 0.0, 0.0, {}};
+  for (ProxyPart* part : {&lengthPart, &depthPart, &runsPart}) part->channels.resize(channels);
+
+  forEachOnExrThreads(int(channels), [&](int number) {
+    const std::size_t k = std::size_t(number);
+    const std::string name = partition.channelName(number);
+    auto l = planeOf(length, k, size), m = planeOf(moment, k, size), r = planeOf(runs, k, size);
+    Channel& lengthOut = lengthPart.channels[k] = channelOf(name, ChannelStorage::Half, l.size());
+    Channel& depthOut = depthPart.channels[k] = channelOf(name, ChannelStorage::Half, l.size());
+    Channel& runsOut = runsPart.channels[k] = channelOf(name, ChannelStorage::Half, l.size());
+    const float least = float(0.5 * lengthStep);
+    for (std::size_t i = 0; i < l.size(); ++i) {
+      if (!(l[i] > least)) continue;
+      lengthOut.values[i] = lengths(l[i]);
+      const double mean = std::clamp(double(m[i]) / double(l[i]), range.low, range.low + extent);
+      depthOut.values[i] = depths(mean);
+      runsOut.values[i] = float(std::clamp(std::nearbyint(double(r[i])), 1.0, kMostRuns));
+    }
+  });
+  return {std::move(header), {std::move(lengthPart), std::move(depthPart), std::move(runsPart)}};
+}
+
+ProxyImage depthImage(ProxyHeader header, std::span<const float> depth,
+                      std::span<const float> normal) {
+  header.kind = kind::kDepth;
+  const ImageSize size = header.size;
+  const std::size_t layers = header.isovalues.size();
+  if (layers == 0)
+    throw Error(ErrorCode::InvalidArgument,
+                fmt::format("the depth proxy of field '{}' has no isovalue", header.field));
+  requireSize("depth", depth, layers, size);
+  requireSize("normal", normal, layers * 3, size);
+  // A power of two, so that rounding leaves zeros at the end of the mantissa.
+  const double step =
+      std::exp2(std::floor(std::log2(diagonalOf(header.domain) / kLayerDepthSteps)));
+  const double perStep = 1.0 / step;
+  const DepthRange range = depthRange(header.camera, header.domain);
+  const double floatError = std::max(std::abs(range.low), std::abs(range.high)) * 0x1p-24;
+  ProxyImage image{std::move(header), std::vector<ProxyPart>(layers)};
+  forEachOnExrThreads(int(layers), [&](int number) {
+    const std::size_t layer = std::size_t(number);
+    ProxyPart& part = image.parts[layer];
+    // A power of two again: it scales Z without loss and makes the normals small integers.
+    part = {fmt::format("layer{:02d}", number),
+            1.0 / (kNormalSteps * kHalfQuantum),
+            0.0,
+            0.5 * step + floatError,
+            {}};
+    auto z = planeOf(depth, layer, size);
+    part.channels.push_back(channelOf("Z", ChannelStorage::Float, z.size()));
+    std::vector<float>& out = part.channels.back().values;
+    for (std::size_t i = 0; i < z.size(); ++i)
+      out[i] = std::isfinite(z[i]) ? float(std::nearbyint(double(z[i]) * perStep) * step)
+                                   : std::numeric_limits<float>::infinity();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      static constexpr const char* kNames[] = {"nx", "ny", "nz"};
+      auto n = planeOf(normal, layer * 3 + axis, size);
+      part.channels.push_back(channelOf(kNames[axis], ChannelStorage::Half, n.size()));
+      std::vector<float>& to = part.channels.back().values;
+      for (std::size_t i = 0; i < n.size(); ++i)
+        if (std::isfinite(z[i]) && std::isfinite(n[i]))
+          to[i] = float(std::nearbyint(std::clamp(double(n[i]), -1.0, 1.0) * kNormalSteps) /
+                        kNormalSteps) +
+                  0.0f;  // no negative zero
+    }
+  });
+  return image;
+}
+
+ProxyImage mipImage(ProxyHeader header, std::span<const float> value) {
+  header.kind = kind::kMip;
+  requireSize("mip", value, 1, header.size);
+  Channel channel{"value", ChannelStorage::Float, {value.begin(), value.end()}};
+  for (float& v : channel.values)
+    if (std::isnan(v)) v = std::numeric_limits<float>::quiet_NaN();  // one NaN of the many
+  return {std::move(header), {{"mip", 1.0, 0.0, 0.0, {std::move(channel)}}}};
+}
+
+ProxyImage referenceImage(ProxyHeader header, std::span<const float> rgb,
+                          std::span<const float> transmittance) {
+  header.kind = kind::kReference;
+  const ImageSize size = header.size;
+  requireSize("reference", rgb, 3, size);
+  requireSize("transmittance", transmittance, 1, size);
+  ProxyPart part{"reference", kFractionStep / kHalfQuantum, 0.0, kFractionStep, {}};
+  part.channels.resize(4);
+  forEachOnExrThreads(4, [&](int i) {
+    static constexpr const char* kNames[] = {"R", "G", "B", "A"};
+    part.channels[std::size_t(i)] =
+        i < 3 ? fractions(kNames[i], planeOf(rgb, std::size_t(i), size))
+              : fractions("A", transmittance, [](float t) { return 1.0 - double(t); });
+  });
+  return {std::move(header), {std::move(part)}};
+}
+
+}  // namespace vestige

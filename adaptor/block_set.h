@@ -63,6 +63,8 @@ class BlockSet {
   Box domain() const;
   /// The box between the block's first and last own points, thickened as the domain.
   Box owned(int index) const;
+  /// The smallest distance between neighbouring points of any block, > 0.
+  double smallestSpacing() const;
   /// The share of the domain that the blocks cover, 0..1.
   double coverage() const;
   /// The grid that a field at this location is marched on; its owned box may be of zero volume.
@@ -74,7 +76,10 @@ class BlockSet {
  private:
   Block& edit(int index);
   std::optional<Box> ownPoints(const Block& block) const;
+  /// What a domain without extent along an axis is thickened by; 0 for the other axes.
   std::array<double, 3> thickness() const;
+  /// One uniform spacing along the axis, or smallestSpacing().
+  double cellThickness(int axis) const;
 
   std::map<int, Block> blocks_;
   std::optional<Box> statedDomain_;

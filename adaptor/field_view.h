@@ -70,6 +70,7 @@ class FieldReader {
 
  private:
   void scalarRow(int y, int z, double* out) const;
+  void magnitudeRow(std::ptrdiff_t offset, double* out) const;
   void gradientRow(int y, int z, double* out) const;
 
   FieldView field_;

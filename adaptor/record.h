@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -50,6 +51,8 @@ class Recorder {
                const std::map<std::string, std::string>& units);
 
  private:
+  void append(const nlohmann::json& call);
+
   std::filesystem::path directory_;
   int steps_ = 0;
 };

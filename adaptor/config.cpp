@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "adaptor/config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <numbers>
+#include <set>
+
+#include "adaptor/config_reader.h"
+#include "proxy/colormap.h"
+#include "proxy/error.h"
+#include "proxy/interval_partition.h"
+#include "proxy/view_set.h"
+
+namespace vestige {
+namespace {
+
+constexpr double kRadians = std::numbers::pi / 180.0;
+
+void readOutput(ConfigReader reader, Config& config) {
+  reader.read("path", config.output);
+  if (config.output.empty()) reader.fail("path", "the archive needs a name");
+  config.existing = ExistingArchive(reader.readChoice("existing", {"refuse", "append", "overwrite"},
+                                                      std::size_t(config.existing)));
+  reader.read("previews", config.previews);
+  reader.read("note", config.note);
+  if (reader.isString("background")) {
+    reader.readChoice("background", {"transparent"}, 0);
+    config.transparentBackground = true;
+  } else if (const auto rgb = reader.readNumbers("background", 3); !rgb.empty()) {
+    if (std::any_of(rgb.begin(), rgb.end(), [](double c) { return c < 0.0 || c > 1.0; })) {
+      reader.fail("background", "red, green, blue are in 0..1");
+    }
+    config.background = {rgb[0], rgb[1], rgb[2]};
+  }
+  reader.rejectUnknownKeys();
+}
+
+void readGl(ConfigReader reader, Config& config) {
+  static const std::vector<std::string> backends{"auto", "osmesa", "egl"};
+  config.glBackend = backends[reader.readChoice("backend", backends, 0)];
+  reader.readInteger("threads", 0, 1024, config.threads);
+  reader.rejectUnknownKeys();
+}
+
+void readImage(ConfigReader reader, Config& config) {
+  reader.readInteger("width", 1, 16384, config.size.width);
+  reader.readInteger("height", 1, 16384, config.size.height);
+  reader.read("phong", config.phong);
+  reader.readPositive("step_length", config.stepLength, true);
+  reader.readPositive("reference_length", config.referenceLength, true);
+  const auto proxies = reader.readStrings("proxies");
+  if (reader.has("proxies")) {
+    const std::vector<std::pair<std::string, bool*>> kinds{{"attenuation", &config.attenuation},
+                                                           {"length", &config.length},
+                                                           {"depth", &config.depth},
+                                                           {"mip", &config.mip},
+                                                           {"reference", &config.reference}};
+    for (const auto& [name, wanted] : kinds) *wanted = false;
+    for (const auto& proxy : proxies) {
+      const auto kind = std::find_if(kinds.begin(), kinds.end(),
+                                     [&](const auto& entry) { return entry.first == proxy; });
+      if (kind == kinds.end()) {
+        reader.fail("proxies", fmt::format("\"{}\" is none of \"attenuation\", \"length\", "
+                                           "\"depth\", \"mip\", \"reference\"",
+                                           proxy));
+      }
+      *kind->second = true;
+    }
+    if (proxies.empty()) reader.fail("proxies", "at least one is needed");
+  }
+  reader.rejectUnknownKeys();
+}
+
+void readTrigger(ConfigReader reader, TriggerConfig& trigger) {
+  constexpr long kMost = 1'000'000'000'000;
+  reader.readInteger("every_cycles", 1L, kMost, trigger.everyCycles);
+  reader.readPositive("every_time", trigger.everyTime);
+  if (auto inner = reader.table("change")) {
+    auto& change = trigger.change.emplace();
+    inner->read("field", change.field);
+    if (change.field.empty()) inner->fail("field", "which field's statistics?");
+    change.measure = TriggerConfig::Measure(
+        inner->readChoice("measure", {"mean", "deviation", "low", "high", "histogram"}, 0));
+    inner->readPositive("threshold", change.threshold);
+    if (!inner->has("threshold")) inner->fail("threshold", "how much change?");
+    inner->readInteger("every_cycles", 1L, kMost, change.everyCycles);
+    inner->rejectUnknownKeys();
+  }
+  reader.rejectUnknownKeys();
+}
+
+std::optional<glm::dvec3> readPoint(ConfigReader& reader, const std::string& key) {
+  const auto numbers = reader.readNumbers(key, 3);
+  if (numbers.empty()) return std::nullopt;
+  return glm::dvec3(numbers[0], numbers[1], numbers[2]);
+}
+
+bool isPlainName(const std::string& name) {
+  return !name.empty() &&
+         name.find_first_not_of(
+             "abcdefghijklmnopqrstuvwxyz"
+             "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+             "0123456789_+-.") == std::string::npos &&
+         name.front() != '.';
+}
+
+ViewConfig readView(ConfigReader reader) {
+  ViewConfig view;
+  reader.read("set", view.set);
+  reader.read("name", view.name);
+  view.projection = Projection(reader.readChoice("projection", {"orthographic", "perspective"}, 0));
+  if (double degrees = 0.0; reader.has("field_of_view")) {
+    reader.readPositive("field_of_view", degrees);
+    if (degrees >= 180.0) reader.fail("field_of_view", fmt::format("{} is not < 180", degrees));
+    view.fieldOfView = degrees * kRadians;
+  }
+  view.position = readPoint(reader, "position");
+  view.target = readPoint(reader, "target");
+  view.direction = readPoint(reader, "direction");
+  view.up = readPoint(reader, "up");
+  reader.readNumber("height", view.height);
+  reader.readNumber("near", view.nearDepth);
+  reader.readNumber("far", view.farDepth);
+  reader.rejectUnknownKeys();
+
+  if (view.height && !(*view.height > 0.0)) {
+    reader.fail("height", fmt::format("{} is not positive", *view.height));
+  }
+  if (!view.set.empty()) {
+    for (const char* key :
+         {"name", "position", "target", "direction", "up", "height", "near", "far"}) {
+      if (reader.has(key)) reader.fail(key, "set already says where the cameras stand");
+    }
+    try {
+      viewSet(view.set, Box{{0, 0, 0}, {1, 1, 1}}, 1.0);
+    } catch (const Error& error) {
+      reader.fail("set", error.what());
+    }
+    return view;
+  }
+  if (view.name.empty()) reader.fail("name", "a view needs a set or a name");
+  if (!isPlainName(view.name)) {
+    reader.fail("name", fmt::format("\"{}\" has other characters than letters, digits and _+-.",
+                                    view.name));
+  }
+  if (view.direction && view.target) reader.fail("direction", "target already says it");
+  if (!view.direction && !view.target) reader.fail("direction", "give direction or target");
+  if (view.target && !view.position) reader.fail("target", "needs a position");
+  if (view.direction && glm::length(*view.direction) == 0.0) {
+    reader.fail("direction", "has no length");
+  }
+  if (view.target && *view.target == *view.position) reader.fail("target", "equals position");
+  const auto forward = view.direction ? *view.direction : *view.target - *view.position;
+  const auto up = view.up.value_or(glm::dvec3(0, 0, 1));
+  if (view.up &&
+      glm::length(glm::cross(forward, up)) <= 1e-9 * glm::length(forward) * glm::length(up)) {
+    reader.fail("up", "is parallel to the direction of view");
+  }
+  if (view.projection == Projection::Perspective && view.height) {
+    reader.fail("height", "is for orthographic cameras; give field_of_view");
+  }
+  return view;
+}
+
+void readDerivation(ConfigReader& reader, FieldConfig& field) {
+  if (reader.has("component")) {
+    int component = 0;
+    reader.readInteger("component", 0, 63, component);
+    field.component = component;
+  }
+  reader.read("magnitude", field.magnitude);
+  reader.read("gradient", field.gradient);
+  if (field.component && field.magnitude) reader.fail("magnitude", "component is given as well");
+}
+
+void readPartition(ConfigReader& reader, FieldConfig& field) {
+  if (reader.isString("range")) {
+    field.range = FieldConfig::Range(reader.readChoice("range", {"first-step", "each-step"}, 0));
+  } else if (const auto range = reader.readNumbers("range", 2); !range.empty()) {
+    if (!(range[0] <= range[1])) {
+      reader.fail("range", fmt::format("[{}, {}] is upside down", range[0], range[1]));
+    }
+    field.range = FieldConfig::Range::Fixed;
+    field.low = range[0];
+    field.high = range[1];
+  }
+  reader.readInteger("intervals", 1, IntervalPartition::kMaxIntervals, field.intervals);
+  field.bounds = reader.readNumbers("bounds");
+  reader.read("quantiles", field.quantiles);
+  if (!field.bounds.empty()) {
+    for (const char* key : {"range", "intervals", "quantiles"}) {
+      if (reader.has(key)) reader.fail(key, "bounds already say it");
+    }
+    try {
+      IntervalPartition::fromBounds(field.bounds);
+    } catch (const Error& error) {
+      reader.fail("bounds", error.what());
+    }
+  }
+  if (field.quantiles && field.range == FieldConfig::Range::Fixed) {
+    reader.fail("quantiles", "take the range of the data: \"first-step\" or \"each-step\"");
+  }
+}
+
+void readLook(ConfigReader& reader, FieldConfig& field) {
+  for (const auto& [value, opacity] : reader.readPairs("opacity")) {
+    if (opacity < 0.0 || opacity > 1.0) {
+      reader.fail("opacity", fmt::format("{} at {} is not in 0..1", opacity, value));
+    }
+    if (!field.opacity.empty() && value < field.opacity.back().value) {
+      reader.fail("opacity",
+                  fmt::format("value {} comes after {}", value, field.opacity.back().value));
+    }
+    field.opacity.push_back({value, opacity});
+  }
+  reader.read("colormap", field.colormap);
+  try {
+    Colormap::named(field.colormap);
+  } catch (const Error& error) {
+    reader.fail("colormap", error.what());
+  }
+  if (const auto range = reader.readNumbers("color_range", 2); !range.empty()) {
+    if (!(range[0] < range[1])) reader.fail("color_range", "low is not below high");
+    field.colorRange = {range[0], range[1]};
+  }
+}
+
+void readIsovalues(ConfigReader& reader, FieldConfig& field) {
+  using Rule = FieldConfig::Isovalues;
+  if (reader.isString("isovalues")) {
+    field.isovalueRule =
+        Rule(reader.readChoice("isovalues", {"auto", "peaks", "bounds", "even"}, 0));
+  } else if (reader.has("isovalues")) {
+    field.isovalues = reader.readNumbers("isovalues");
+    field.isovalueRule = Rule::Explicit;
+    if (field.isovalues.size() > 64) reader.fail("isovalues", "more than 64");
+    if (std::set<double>(field.isovalues.begin(), field.isovalues.end()).size() !=
+        field.isovalues.size()) {
+      reader.fail("isovalues", "one is given twice");
+    }
+  }
+  reader.readInteger("isovalue_count", 1, 64, field.isovalueCount);
+  if (reader.has("isovalue_count") && field.isovalueRule != Rule::Even &&
+      field.isovalueRule != Rule::Automatic) {
+    reader.fail("isovalue_count", "is for isovalues = \"even\" or \"auto\"");
+  }
+}
+
+FieldConfig readField(ConfigReader reader) {
+  FieldConfig field;
+  reader.read("source", field.source);
+  reader.read("name", field.name);
+  if (field.source.empty()) field.source = field.name;
+  if (field.source.empty()) reader.fail("source", "which published field?");
+  if (reader.has("name") && !isPlainName(field.name)) {
+    reader.fail("name", fmt::format("\"{}\" has other characters than letters, digits and _+-.",
+                                    field.name));
+  }
+  reader.read("units", field.units);
+  readDerivation(reader, field);
+  readPartition(reader, field);
+  readLook(reader, field);
+  readIsovalues(reader, field);
+  reader.rejectUnknownKeys();
+  return field;
+}
+
+}  // namespace
+
+Config configFromText(const std::string& text, const std::string& origin) {
+  Config config;
+  const ConfigDocument document(text, origin);
+  ConfigReader root = document.root();
+  root.read("dry_run", config.dryRun);
+  if (auto reader = root.table("output")) readOutput(*reader, config);
+  if (auto reader = root.table("gl")) readGl(*reader, config);
+  if (auto reader = root.table("image")) readImage(*reader, config);
+  if (auto reader = root.table("trigger")) readTrigger(*reader, config.trigger);
+  std::set<std::string> viewNames;
+  for (auto& reader : root.tables("view")) {
+    config.views.push_back(readView(reader));
+    const auto& view = config.views.back();
+    const auto name = view.set.empty() ? view.name : view.set;
+    if (!viewNames.insert(name).second) {
+      reader.fail(view.set.empty() ? "name" : "set", fmt::format("\"{}\" is given twice", name));
+    }
+  }
+  for (auto& reader : root.tables("field")) config.fields.push_back(readField(reader));
+  root.rejectUnknownKeys();
+  return config;
+}
+
+std::string readTextFile(const std::string& path) {
+  std::FILE* file = std::fopen(path.c_str(), "rb");
+  if (!file) {
+    const int reason = errno;
+    throw Error(reason == ENOENT ? ErrorCode::NotFound : ErrorCode::Io,
+                fmt::format("cannot read '{}': {}", path, std::strerror(reason)));
+  }
+  std::string text;
+  char buffer[65536];
+  std::size_t got = 0;
+  while ((got = std::fread(buffer, 1, sizeof buffer, file)) > 0) text.append(buffer, got);
+  const bool failed = std::ferror(file) != 0;
+  std::fclose(file);
+  if (failed) throw Error(ErrorCode::Io, fmt::format("cannot read '{}'", path));
+  return text;
+}
+
+}  // namespace vestige

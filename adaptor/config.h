@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "adaptor/field_view.h"
+#include "proxy/archive.h"
+#include "proxy/camera.h"
+#include "proxy/transfer_function.h"
+
+namespace vestige {
+
+/// [[field]]: a scalar to be stored (docs/for-simulation-developers.md has every key).
+struct FieldConfig {
+  enum class Range { FirstStep, EachStep, Fixed };
+  enum class Isovalues { Automatic, Peaks, Bounds, Even, Explicit };
+
+  std::string name;    ///< in the archive; "" = made of source and derivation
+  std::string source;  ///< as published
+  std::optional<int> component;
+  bool magnitude = false;  ///< neither: the scalar, or the magnitude of a vector
+  bool gradient = false;
+  std::optional<std::string> units;
+
+  Range range = Range::FirstStep;
+  double low = 0.0, high = 0.0;  ///< Range::Fixed
+  int intervals = 16;
+  std::vector<double> bounds;  ///< empty: from range and intervals
+  bool quantiles = false;
+
+  std::vector<OpacityPoint> opacity;  ///< empty: the default ramp
+  std::string colormap = "viridis";
+  std::optional<std::pair<double, double>> colorRange;  ///< default: the partition's
+
+  Isovalues isovalueRule = Isovalues::Automatic;
+  std::vector<double> isovalues;  ///< Isovalues::Explicit
+  int isovalueCount = 4;          ///< Isovalues::Even
+};
+
+/// [[view]]: a set by name, or one camera.
+struct ViewConfig {
+  std::string set;   ///< of viewSet(); "" = explicit
+  std::string name;  ///< of an explicit camera
+  Projection projection = Projection::Orthographic;
+  double fieldOfView = 0.5;  ///< radians
+  std::optional<glm::dvec3> position, target, direction, up;
+  std::optional<double> height, nearDepth, farDepth;
+};
+
+/// [trigger]: any one that fires stores the step; none at all stores every step.
+struct TriggerConfig {
+  enum class Measure { Mean, Deviation, Low, High, Histogram };
+  struct Change {
+    std::string field;  ///< of the archive
+    Measure measure = Measure::Mean;
+    double threshold = 0.0;
+    long everyCycles = 1;  ///< how often to look
+  };
+  long everyCycles = 0;    ///< 0: not set
+  double everyTime = 0.0;  ///< 0: not set
+  std::optional<Change> change;
+};
+
+/// What to make of a run.
+struct Config {
+  std::string output = "vestige.cdb";
+  ExistingArchive existing = ExistingArchive::Refuse;
+  bool previews = true;
+  glm::dvec3 background{0.0};  ///< of previews, sRGB
+  bool transparentBackground = false;
+  std::string note;
+
+  std::string glBackend = "auto";
+  int threads = 0;  ///< 0: all processors
+
+  ImageSize size;
+  bool attenuation = true, length = true, depth = true, mip = true, reference = true;
+  bool phong = false;
+  double stepLength = 0.0;       ///< world; 0 = the smallest spacing
+  double referenceLength = 0.0;  ///< world; 0 = the domain's diagonal / 100 (method §0)
+
+  TriggerConfig trigger;
+  std::vector<ViewConfig> views;    ///< empty: front
+  std::vector<FieldConfig> fields;  ///< empty: every published field
+  bool dryRun = false;
+};
+
+/// Parses TOML; `origin` names it in errors ("run.toml"). Throws Config: "run.toml:12: ...", with
+/// the nearest known key where a key is unknown.
+Config configFromText(const std::string& text, const std::string& origin);
+/// Reads a whole text file; throws NotFound or Io.
+std::string readTextFile(const std::string& path);
+
+}  // namespace vestige

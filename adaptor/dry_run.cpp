@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "adaptor/dry_run.h"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "adaptor/stopwatch.h"
+#include "proxy/exr_file.h"
+#include "proxy/png_file.h"
+
+namespace vestige {
+
+DryRunReport dryRunReport(const StepFrame& frame, const std::vector<StepProxy>& proxies,
+                          const StepTimes& times) {
+  const Stopwatch watch;
+  std::map<std::pair<std::string, std::string>, std::size_t> bytes;
+  std::size_t sum = 0;
+  for (const auto& proxy : proxies) {
+    std::size_t size = encodeExr(proxy.image).size();
+    if (!proxy.preview.rgba.empty()) size += encodePng(proxy.preview).size();
+    bytes[{proxy.image.header.field, proxy.image.header.kind}] += size;
+    sum += size;
+  }
+  std::size_t fieldBytes = 0;
+  for (const auto& [index, block] : frame.blocks->blocks()) {
+    for (const auto& field : block.fields) {
+      fieldBytes += sizeOf(field.type) * field.components.size() * std::size_t(field.size[0]) *
+                    std::size_t(field.size[1]) * std::size_t(field.size[2]);
+    }
+  }
+  DryRunReport report{sum, {}};
+  report.sentences.push_back(fmt::format(
+      "dry run: a step takes {:.3f} s without writing ({:.3f} ingest, {:.3f} upload, {:.3f} march, "
+      "{:.3f} read-back, {:.3f} encoding) and {} bytes, {:.1f} % of the {} bytes of shared fields",
+      times.sum() + watch.seconds(), times.ingest, times.upload, times.march, times.readBack,
+      times.encode + watch.seconds(), sum,
+      fieldBytes ? 100.0 * double(sum) / double(fieldBytes) : 0.0, fieldBytes));
+  for (const auto& [key, size] : bytes) {
+    report.sentences.push_back(fmt::format("dry run: field '{}', proxy '{}': {} bytes in {} views",
+                                           key.first, key.second, size, frame.views.size()));
+  }
+  return report;
+}
+
+}  // namespace vestige

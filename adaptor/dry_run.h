@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "adaptor/step.h"
+
+namespace vestige {
+
+/// What a step costs.
+struct DryRunReport {
+  std::uint64_t bytes = 0;
+  std::vector<std::string> sentences;  ///< one for the step, one for each proxy of each field
+};
+
+/// Found by encoding a step that has been made, in memory.
+DryRunReport dryRunReport(const StepFrame& frame, const std::vector<StepProxy>& proxies,
+                          const StepTimes& times);
+
+}  // namespace vestige

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "adaptor/field_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "adaptor/parallel.h"
+
+namespace vestige {
+namespace {
+
+constexpr double kNoData = std::numeric_limits<double>::quiet_NaN();
+
+template <class T>
+void convertRow(const std::byte* from, std::ptrdiff_t stride, int count, double* out) {
+  // memcpy, for hosts whose records are packed without regard to alignment; x - x is 0 for what is
+  // finite and NaN else, which sends infinities to "no data" without a branch.
+  const auto convert = [&](std::ptrdiff_t step) {
+    for (int i = 0; i < count; ++i) {
+      T sample;
+      std::memcpy(&sample, from + i * step, sizeof sample);
+      const double value = static_cast<double>(sample);
+      if constexpr (std::is_floating_point_v<T>) {
+        out[i] = value + (value - value);
+      } else {
+        out[i] = value;
+      }
+    }
+  };
+  if (stride == std::ptrdiff_t(sizeof(T))) {
+    convert(std::ptrdiff_t(sizeof(T)));  // a constant: the compiler makes vector code of it
+  } else {
+    convert(stride);
+  }
+}
+
+using RowConverter = void (*)(const std::byte*, std::ptrdiff_t, int, double*);
+
+RowConverter converterOf(SampleType type) {
+  switch (type) {
+    case SampleType::Float32:
+      return convertRow<float>;
+    case SampleType::Float64:
+      return convertRow<double>;
+    case SampleType::Int8:
+      return convertRow<std::int8_t>;
+    case SampleType::UInt8:
+      return convertRow<std::uint8_t>;
+    case SampleType::Int16:
+      return convertRow<std::int16_t>;
+    case SampleType::UInt16:
+      return convertRow<std::uint16_t>;
+    case SampleType::Int32:
+      return convertRow<std::int32_t>;
+    case SampleType::UInt32:
+      return convertRow<std::uint32_t>;
+    case SampleType::Int64:
+      return convertRow<std::int64_t>;
+    case SampleType::UInt64:
+      return convertRow<std::uint64_t>;
+  }
+  return convertRow<float>;
+}
+
+/// A row of scratch memory per thread, so that reading rows allocates nothing.
+std::vector<double>& scratch(int which, int size) {
+  thread_local std::array<std::vector<double>, 6> rows;
+  auto& row = rows[std::size_t(which)];
+  if (int(row.size()) < size) row.resize(std::size_t(size));
+  return row;
+}
+
+/// The derivative at the middle one of three samples: central where both neighbours are there,
+/// one-sided where one is, 0 along an axis without extent, NaN where all neighbours lack data.
+double derivative(double before, double here, double after, double xBefore, double x, double xAfter,
+                  bool hasBefore, bool hasAfter) {
+  if (!hasBefore && !hasAfter) return 0.0;
+  const bool useBefore = hasBefore && !std::isnan(before);
+  const bool useAfter = hasAfter && !std::isnan(after);
+  if (useBefore && useAfter) return (after - before) / (xAfter - xBefore);
+  if (useBefore) return (here - before) / (x - xBefore);
+  if (useAfter) return (after - here) / (xAfter - x);
+  return kNoData;
+}
+
+}  // namespace
+
+std::size_t sizeOf(SampleType type) {
+  static constexpr std::array<std::size_t, kSampleTypes> sizes{4, 8, 1, 1, 2, 2, 4, 4, 8, 8};
+  return sizes[std::size_t(type)];
+}
+
+const char* nameOf(SampleType type) {
+  static constexpr std::array<const char*, kSampleTypes> names{
+      "Float32", "Float64", "Int8",   "UInt8", "Int16",
+      "UInt16",  "Int32",   "UInt32", "Int64", "UInt64"};
+  return names[std::size_t(type)];
+}
+
+const char* nameOf(Location location) { return location == Location::Point ? "point" : "cell"; }
+
+FieldReader::FieldReader(const FieldView& field, std::optional<MaskView> mask,
+                         Derivation derivation, const std::array<std::vector<double>, 3>& nodes)
+    : field_(field), mask_(mask), derivation_(derivation), nodes_(nodes) {}
+
+void FieldReader::row(int y, int z, double* out) const {
+  if (derivation_.gradient) {
+    gradientRow(y, z, out);
+  } else {
+    scalarRow(y, z, out);
+  }
+}
+
+void FieldReader::scalarRow(int y, int z, double* out) const {
+  const int count = field_.size[0];
+  const auto offset = y * field_.strides[1] + z * field_.strides[2];
+  const auto convert = converterOf(field_.type);
+  if (derivation_.component >= 0) {
+    convert(field_.components[std::size_t(derivation_.component)] + offset, field_.strides[0],
+            count, out);
+  } else {
+    magnitudeRow(offset, out);
+  }
+  if (mask_) {
+    const auto* bytes = mask_->data + y * mask_->strides[1] + z * mask_->strides[2];
+    for (int i = 0; i < count; ++i) {
+      if (std::to_integer<std::uint8_t>(bytes[i * mask_->strides[0]]) & mask_->bits) {
+        out[i] = kNoData;
+      }
+    }
+  }
+}
+
+void FieldReader::magnitudeRow(std::ptrdiff_t offset, double* out) const {
+  const int count = field_.size[0];
+  const auto convert = converterOf(field_.type);
+  auto& component = scratch(0, count);
+  std::fill_n(out, count, 0.0);
+  for (const auto* data : field_.components) {
+    convert(data + offset, field_.strides[0], count, component.data());
+    for (int i = 0; i < count; ++i) out[i] += component[std::size_t(i)] * component[std::size_t(i)];
+  }
+  bool extreme = false;
+  for (int i = 0; i < count; ++i) {
+    extreme |= !(out[i] < 1e280) || (out[i] < 1e-280 && out[i] > 0.0);
+    out[i] = std::sqrt(out[i]);
+  }
+  if (!extreme) return;
+  // Squares that overflow or underflow, or no data: the same with the largest component factored
+  // out.
+  auto& largest = scratch(1, count);
+  std::fill_n(largest.begin(), count, 0.0);
+  for (const auto* data : field_.components) {
+    convert(data + offset, field_.strides[0], count, component.data());
+    for (int i = 0; i < count; ++i) {
+      auto& most = largest[std::size_t(i)];
+      most = std::max(most, std::abs(component[std::size_t(i)]));
+    }
+  }
+  std::fill_n(out, count, 0.0);
+  for (const auto* data : field_.components) {
+    convert(data + offset, field_.strides[0], count, component.data());
+    for (int i = 0; i < count; ++i) {
+      const double most = largest[std::size_t(i)];
+      const double ratio = component[std::size_t(i)] / (most > 0.0 ? most : 1.0);
+      out[i] += ratio * ratio;
+    }
+  }
+  for (int i = 0; i < count; ++i) {
+    const double value = largest[std::size_t(i)] * std::sqrt(out[i]);
+    out[i] = value + (value - value);
+  }
+}
+
+void FieldReader::gradientRow(int y, int z, double* out) const {
+  const auto [nx, ny, nz] = field_.size;
+  auto& here = scratch(2, nx);
+  auto& before = scratch(3, nx);
+  auto& after = scratch(4, nx);
+  auto& squares = scratch(5, nx);
+  scalarRow(y, z, here.data());
+  const auto& x = nodes_[0];
+  for (int i = 0; i < nx; ++i) {
+    const auto at = std::size_t(i);
+    const bool hasBefore = i > 0, hasAfter = i + 1 < nx;
+    const double d = derivative(hasBefore ? here[at - 1] : 0.0, here[at],
+                                hasAfter ? here[at + 1] : 0.0, hasBefore ? x[at - 1] : 0.0, x[at],
+                                hasAfter ? x[at + 1] : 0.0, hasBefore, hasAfter);
+    squares[at] = d * d;
+  }
+  // Across rows: along y, then along z.
+  for (int axis = 1; axis <= 2; ++axis) {
+    const int index = axis == 1 ? y : z;
+    const bool hasBefore = index > 0, hasAfter = index + 1 < (axis == 1 ? ny : nz);
+    const auto& nodes = nodes_[std::size_t(axis)];
+    const int dy = axis == 1 ? 1 : 0, dz = axis == 2 ? 1 : 0;
+    if (hasBefore) scalarRow(y - dy, z - dz, before.data());
+    if (hasAfter) scalarRow(y + dy, z + dz, after.data());
+    const double at = nodes[std::size_t(index)];
+    const double atBefore = hasBefore ? nodes[std::size_t(index) - 1] : 0.0;
+    const double atAfter = hasAfter ? nodes[std::size_t(index) + 1] : 0.0;
+    for (int i = 0; i < nx; ++i) {
+      const auto k = std::size_t(i);
+      const double d =
+          derivative(before[k], here[k], after[k], atBefore, at, atAfter, hasBefore, hasAfter);
+      squares[k] += d * d;
+    }
+  }
+  for (int i = 0; i < nx; ++i) {
+    const auto k = std::size_t(i);
+    const double value = std::sqrt(squares[k]);
+    out[i] = std::isnan(here[k]) ? kNoData : value + (value - value);
+  }
+}
+
+void fillNormalised(const FieldReader& reader, double low, double high, int z0, int z1, float* out,
+                    int threads) {
+  const auto [nx, ny, nz] = reader.size();
+  (void)nz;
+  const double width = high - low;
+  // A task is a bundle of rows: large enough to be worth a thread, small enough to share out.
+  constexpr int kRows = 64;
+  const int rows = (z1 - z0) * ny;
+  parallelFor((rows + kRows - 1) / kRows, threads, [&, nx = nx, ny = ny](int task) {
+    std::vector<double> values(std::size_t(nx), 0.0);
+    for (int r = task * kRows; r < std::min(rows, (task + 1) * kRows); ++r) {
+      reader.row(r % ny, z0 + r / ny, values.data());
+      float* to = out + std::size_t(r) * std::size_t(nx);
+      for (int i = 0; i < nx; ++i) to[i] = float((values[std::size_t(i)] - low) / width);
+    }
+  });
+}
+
+}  // namespace vestige

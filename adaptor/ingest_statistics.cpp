@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "adaptor/ingest_statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include "adaptor/parallel.h"
+
+namespace vestige {
+namespace {
+
+/// Count, mean and sum of squared deviations; combined by Chan's update, which keeps the digits of
+/// 101325 ± 0.01.
+struct Moments {
+  std::uint64_t samples = 0;
+  std::uint64_t finite = 0;
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+  double mean = 0.0;
+  double squares = 0.0;
+
+  void add(const Moments& other) {
+    samples += other.samples;
+    if (other.finite == 0) return;
+    const double ours = double(finite), theirs = double(other.finite), all = ours + theirs;
+    const double delta = other.mean - mean;
+    mean += delta * (theirs / all);
+    squares += other.squares + delta * delta * (ours * theirs / all);
+    finite += other.finite;
+    low = std::min(low, other.low);
+    high = std::max(high, other.high);
+  }
+};
+
+Moments momentsOf(const double* values, int count) {
+  Moments row;
+  row.samples = std::uint64_t(count);
+  double sum = 0.0;
+  for (int i = 0; i < count; ++i) {
+    const double value = values[i];
+    if (std::isnan(value)) continue;
+    ++row.finite;
+    sum += value;
+    row.low = std::min(row.low, value);
+    row.high = std::max(row.high, value);
+  }
+  if (row.finite == 0) return row;
+  row.mean = sum / double(row.finite);
+  for (int i = 0; i < count; ++i) {
+    const double delta = values[i] - row.mean;
+    if (!std::isnan(delta)) row.squares += delta * delta;
+  }
+  return row;
+}
+
+/// One plane of one part: the unit of work, and of the order in which results are combined.
+struct Plane {
+  const FieldPart* part;
+  int z;
+};
+
+std::vector<Plane> planesOf(const std::vector<FieldPart>& parts) {
+  std::vector<Plane> planes;
+  for (const auto& part : parts) {
+    if (part.own.high[0] <= part.own.low[0] || part.own.high[1] <= part.own.low[1]) continue;
+    for (int z = part.own.low[2]; z < part.own.high[2]; ++z) planes.push_back({&part, z});
+  }
+  return planes;
+}
+
+template <class Visit>
+void visitRows(const Plane& plane, Visit visit) {
+  const auto& [reader, own] = *plane.part;
+  std::vector<double> row(std::size_t(reader.size()[0]));
+  for (int y = own.low[1]; y < own.high[1]; ++y) {
+    reader.row(y, plane.z, row.data());
+    visit(row.data() + own.low[0], own.high[0] - own.low[0]);
+  }
+}
+
+}  // namespace
+
+FieldStatistics measureField(const std::vector<FieldPart>& parts, int threads, int bins) {
+  const auto planes = planesOf(parts);
+  std::vector<Moments> partial(planes.size());
+  parallelFor(int(planes.size()), threads, [&](int i) {
+    visitRows(planes[std::size_t(i)], [&](const double* values, int count) {
+      partial[std::size_t(i)].add(momentsOf(values, count));
+    });
+  });
+  Moments all;
+  for (const auto& moments : partial) all.add(moments);
+
+  FieldStatistics result;
+  result.count = all.samples;
+  result.noData = all.samples - all.finite;
+  result.histogram.assign(std::size_t(bins), 0);
+  if (all.finite == 0) return result;
+  result.low = all.low;
+  result.high = all.high;
+  // The mean of equal values may round to one beyond them.
+  result.mean = std::clamp(all.mean, all.low, all.high);
+  result.deviation = std::sqrt(all.squares / double(all.finite));
+
+  const double width = all.high - all.low;
+  // Bins per unit; a constant field, and one whose range overflows, falls into the first bin.
+  const double perBin = double(bins) / width;
+  const double scale = width > 0.0 && std::isfinite(width * perBin) ? perBin : 0.0;
+  std::mutex mutex;
+  parallelFor(int(planes.size()), threads, [&](int i) {
+    std::vector<std::uint64_t> histogram(std::size_t(bins), 0);
+    visitRows(planes[std::size_t(i)], [&](const double* values, int count) {
+      for (int k = 0; k < count; ++k) {
+        if (std::isnan(values[k])) continue;
+        const int bin = scale > 0.0 ? int((values[k] - all.low) * scale) : 0;
+        ++histogram[std::size_t(std::min(bin, bins - 1))];
+      }
+    });
+    const std::lock_guard lock(mutex);
+    for (int b = 0; b < bins; ++b) result.histogram[std::size_t(b)] += histogram[std::size_t(b)];
+  });
+  return result;
+}
+
+}  // namespace vestige

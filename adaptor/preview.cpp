@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "adaptor/preview.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "adaptor/parallel.h"
+#include "proxy/proxy_image.h"
+
+namespace vestige {
+namespace {
+
+/// Premultiplied linear RGB and opacity.
+struct Light {
+  glm::dvec3 color{0.0};
+  double alpha = 0.0;
+};
+
+using Pixel = std::function<Light(std::size_t)>;
+
+std::uint8_t quantised(double value) {
+  return std::uint8_t(std::lround(std::clamp(value, 0.0, 1.0) * 255.0));
+}
+
+Raster draw(ImageSize size, const PreviewStyle& style, const Pixel& pixel) {
+  Raster raster{size, std::vector<std::uint8_t>(size.pixels() * 4)};
+  const glm::dvec3 background = linearFromSrgb(style.background);
+  parallelFor(size.height, style.threads, [&](int y) {
+    for (int x = 0; x < size.width; ++x) {
+      const auto p = std::size_t(y) * std::size_t(size.width) + std::size_t(x);
+      const Light light = pixel(p);
+      const double alpha = std::clamp(light.alpha, 0.0, 1.0);
+      const glm::dvec3 linear = !style.transparent ? light.color + (1.0 - alpha) * background
+                                : alpha > 0.0      ? light.color / alpha
+                                                   : glm::dvec3(0.0);
+      const glm::dvec3 srgb = srgbFromLinear(glm::clamp(linear, 0.0, 1.0));
+      auto* out = &raster.rgba[4 * p];
+      for (int c = 0; c < 3; ++c) out[c] = quantised(srgb[c]);
+      out[3] = style.transparent ? quantised(alpha) : 255;
+    }
+  });
+  return raster;
+}
+
+Pixel attenuationPixel(const RayImage& rays, const IntervalLook& look) {
+  return [&](std::size_t p) {
+    Light light;
+    for (int k = 0; k < rays.channels; ++k) {
+      const double a = rays.attenuation[std::size_t(k) * rays.size.pixels() + p];
+      light.color += a * look.color[std::size_t(k)];
+      light.alpha += a;
+    }
+    return light;
+  };
+}
+
+Pixel lengthPixel(const RayImage& rays, const IntervalLook& look) {
+  return [&](std::size_t p) {
+    thread_local std::vector<std::pair<double, int>> order;
+    order.clear();
+    const auto pixels = rays.size.pixels();
+    for (int k = 0; k < rays.channels; ++k) {
+      const auto at = std::size_t(k) * pixels + p;
+      if (rays.length[at] > 0.0f) order.emplace_back(rays.moment[at] / rays.length[at], k);
+    }
+    std::sort(order.begin(), order.end());
+    Light light;
+    for (const auto& [depth, k] : order) {
+      const double opacity = -std::expm1(-look.extinction[std::size_t(k)] *
+                                         double(rays.length[std::size_t(k) * pixels + p]));
+      light.color += (1.0 - light.alpha) * opacity * look.color[std::size_t(k)];
+      light.alpha += (1.0 - light.alpha) * opacity;
+    }
+    return light;
+  };
+}
+
+Pixel depthPixel(const RayImage& rays) {
+  float near = std::numeric_limits<float>::infinity(), far = -near;
+  for (const float z : rays.depth) {
+    if (std::isfinite(z)) {
+      near = std::min(near, z);
+      far = std::max(far, z);
+    }
+  }
+  const double range = far > near ? double(far) - double(near) : 1.0;
+  return [&rays, near, range](std::size_t p) -> Light {
+    float nearest = std::numeric_limits<float>::infinity();
+    for (std::size_t at = p; at < rays.depth.size(); at += rays.size.pixels()) {
+      nearest = std::min(nearest, rays.depth[at]);
+    }
+    if (!std::isfinite(nearest)) return {};
+    const double grey = 1.0 - 0.8 * (double(nearest) - double(near)) / range;
+    return {linearFromSrgb(glm::dvec3(grey)), 1.0};
+  };
+}
+
+Pixel mipPixel(const RayImage& rays, const TransferFunction& base) {
+  return [&](std::size_t p) -> Light {
+    const double value = rays.mip[p];
+    if (std::isnan(value)) return {};
+    return {base.color(value), 1.0};
+  };
+}
+
+Pixel referencePixel(const RayImage& rays) {
+  return [&](std::size_t p) -> Light {
+    const auto pixels = rays.size.pixels();
+    return {{rays.reference[p], rays.reference[pixels + p], rays.reference[2 * pixels + p]},
+            1.0 - double(rays.transmittance[p])};
+  };
+}
+
+}  // namespace
+
+Raster preview(std::string_view kind, const RayImage& rays, const Classification& classification,
+               const PreviewStyle& style) {
+  const IntervalLook look = classification.base.onIntervals(classification.partition);
+  if (kind == kind::kAttenuation) return draw(rays.size, style, attenuationPixel(rays, look));
+  if (kind == kind::kLength) return draw(rays.size, style, lengthPixel(rays, look));
+  if (kind == kind::kDepth) return draw(rays.size, style, depthPixel(rays));
+  if (kind == kind::kMip) return draw(rays.size, style, mipPixel(rays, classification.base));
+  return draw(rays.size, style, referencePixel(rays));
+}
+
+}  // namespace vestige

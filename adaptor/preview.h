@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string_view>
+
+#include "adaptor/classification.h"
+#include "adaptor/march_types.h"
+#include "proxy/raster.h"
+
+namespace vestige {
+
+/// How previews are drawn.
+struct PreviewStyle {
+  glm::dvec3 background{0.0};  ///< sRGB
+  bool transparent = false;
+  int threads = 1;
+};
+
+/// A picture of one proxy (kind::k...) for tables and file browsers, made without GL:
+///   attenuation  Σ a_k c_k with the base function's interval colours (method §2)
+///   length       recomposed with the base function in the pixel's order of mean depths
+///   depth        the nearest layer, near is bright
+///   mip          the colour map at the largest value
+///   reference    itself
+Raster preview(std::string_view kind, const RayImage& rays, const Classification& classification,
+               const PreviewStyle& style);
+
+}  // namespace vestige

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "adaptor/session.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "adaptor/adaptor_error.h"
+#include "adaptor/dry_run.h"
+#include "adaptor/stopwatch.h"
+#include "adaptor/timings.h"
+#include "adaptor/views.h"
+#include "proxy/gl/environment.h"
+#include "proxy/version.h"
+
+namespace vestige {
+
+Session::Session(const Config& config, const std::string& configText,
+                 const std::string& recordDirectory, Log& log)
+    : config_(config),
+      log_(log),
+      threads_(config.threads > 0 ? config.threads : gl::allowedProcessors()),
+      trigger_(config.trigger) {
+  // The archive first: it refuses at once, the device takes a moment.
+  if (!config_.dryRun) {
+    writer_ = std::make_unique<ArchiveWriter>(config_.output, config_.existing);
+    if (config_.existing == ExistingArchive::Append) adoptFrozen();
+  }
+  device_ = gl::Device::create(config_.glBackend, config_.threads);
+  marcher_ = std::make_unique<StepMarcher>(config_, device_);
+  if (!recordDirectory.empty()) {
+    recorder_ = std::make_unique<Recorder>(recordDirectory, configText, config_.output);
+  }
+  const auto& info = device_->info();
+  log_.info(fmt::format("vestige {} writes {} with {} ({})", kVersion,
+                        config_.dryRun ? "nothing (dry run)" : "'" + config_.output + "'",
+                        info.renderer, info.backend));
+}
+
+Session::~Session() {
+  if (config_.dryRun) {
+    log_.info(fmt::format("dry run: {} steps would have been stored, {} bytes in all", storedSteps_,
+                          std::uint64_t(storedSteps_) * rehearsedBytes_));
+  }
+}
+
+void Session::adoptFrozen() {
+  // A restart goes on with the intervals of the run that it continues.
+  try {
+    const Archive archive(config_.output);
+    for (const auto& row : archive.rows()) {
+      if (row.proxy != kind::kAttenuation && row.proxy != kind::kLength) continue;
+      if (frozen_.contains(row.field)) continue;
+      const ExrFile file = archive.open(row);
+      const auto& header = file.header();
+      if (header.partition) frozen_.emplace(row.field, *header.partition);
+    }
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::NotFound) {
+      log_.warning(fmt::format("the earlier run's intervals are not taken over: {}", error.what()));
+    }
+  }
+}
+
+void Session::record(std::int64_t cycle, double time) {
+  if (!recorder_) return;
+  try {
+    recorder_->execute(cycle, time, blocks_, units_);
+  } catch (const std::exception& error) {
+    log_.warning(fmt::format("recording ends before cycle {}: {}", cycle, error.what()));
+    recorder_.reset();
+  }
+}
+
+void Session::execute(std::int64_t cycle, double time) {
+  struct Forget {
+    BlockSet& blocks;
+    ~Forget() { blocks.forgetShared(); }
+  } const forget{blocks_};
+  if (!std::isfinite(time)) {
+    throw AdaptorError(VESTIGE_ERROR_CYCLE, fmt::format("the time of cycle {} is {}", cycle, time));
+  }
+  if (lastCycle_ && cycle <= *lastCycle_) {
+    throw AdaptorError(
+        VESTIGE_ERROR_CYCLE,
+        fmt::format("cycle {} is not after the last stored one, {}", cycle, *lastCycle_));
+  }
+  record(cycle, time);
+  blocks_.validate();
+  StepTimes times;
+  Fields fields{planFields(config_, blocks_, units_), {}};
+  const auto statistics = [&](const std::string& name) {
+    return statisticsOf(fields, name, times);
+  };
+  if (!trigger_.fires(cycle, time, statistics)) return;
+
+  StepFrame frame{cycle, time, &blocks_, resolveViews(config_, blocks_.domain()), {}};
+  frame.provenance = fmt::format("vestige {}; {}", kVersion, device_->info().renderer);
+  // One step tells a dry run what the others would cost.
+  if (!config_.dryRun || storedSteps_ == 0) store(frame, fields, times);
+  trigger_.stored(cycle, time, statistics);
+  lastCycle_ = cycle;
+  ++storedSteps_;
+}
+
+const FieldStatistics& Session::statisticsOf(Fields& fields, const std::string& name,
+                                             StepTimes& times) {
+  const auto known = fields.statistics.find(name);
+  if (known != fields.statistics.end()) return known->second;
+  for (const auto& plan : fields.plans) {
+    if (plan.name != name) continue;
+    const Stopwatch watch;
+    auto measured = measureField(partsOf(plan, blocks_), threads_);
+    times.ingest += watch.seconds();
+    return fields.statistics.emplace(name, std::move(measured)).first->second;
+  }
+  throw AdaptorError(VESTIGE_ERROR_NO_FIELD,
+                     fmt::format("[trigger] change: field '{}' is not among those stored", name));
+}
+
+Classification Session::classificationOf(const PlannedField& plan,
+                                         const FieldStatistics& statistics,
+                                         double referenceLength) const {
+  const auto found = frozen_.find(plan.name);
+  const bool freezes =
+      plan.config.bounds.empty() && plan.config.range == FieldConfig::Range::FirstStep;
+  if (!freezes || found == frozen_.end() || found->second.intervals() != plan.config.intervals) {
+    return classify(plan.config, statistics, referenceLength);
+  }
+  // The frozen intervals as explicit bounds; the base function follows from them again.
+  FieldConfig config = plan.config;
+  const auto bounds = found->second.bounds();
+  config.bounds.assign(bounds.begin(), bounds.end());
+  return classify(config, statistics, referenceLength);
+}
+
+void Session::warnOf(const StepField& field) {
+  const auto& statistics = field.statistics;
+  if (statistics.noData == 0 || !warned_.insert("no data in " + field.plan.name).second) return;
+  log_.warning(fmt::format("field '{}' has {} samples of {} without data (NaN, infinite or masked)",
+                           field.plan.name, statistics.noData, statistics.count));
+}
+
+void Session::store(const StepFrame& frame, Fields& fields, StepTimes& times) {
+  const double referenceLength =
+      config_.referenceLength > 0.0 ? config_.referenceLength : blocks_.domain().diagonal() / 100.0;
+  if (const double coverage = blocks_.coverage();
+      coverage < 0.999 && warned_.insert("coverage").second) {
+    log_.warning(fmt::format("the blocks cover {:.1f} % of the domain; the rest is empty space",
+                             100.0 * coverage));
+  }
+  std::vector<StepProxy> proxies;
+  std::map<std::string, IntervalPartition> toFreeze;
+  for (const auto& plan : fields.plans) {
+    const auto& statistics = statisticsOf(fields, plan.name, times);
+    const StepField field{plan, statistics, classificationOf(plan, statistics, referenceLength)};
+    warnOf(field);
+    auto made = marcher_->march(frame, field, threads_, times);
+    std::move(made.begin(), made.end(), std::back_inserter(proxies));
+    // A field without any finite value says nothing of its range yet.
+    if (statistics.count > statistics.noData) {
+      toFreeze.emplace(plan.name, field.classification.partition);
+    }
+  }
+  finishStep(frame, proxies, times);
+  for (auto& [name, frozen] : toFreeze) frozen_.try_emplace(name, std::move(frozen));
+}
+
+std::uint64_t Session::write(const StepFrame& frame, const std::vector<StepProxy>& proxies,
+                             StepTimes& times) {
+  std::vector<ArchiveWriter::Entry> entries;
+  for (const auto& proxy : proxies) {
+    entries.push_back({&proxy.image, config_.previews ? &proxy.preview : nullptr});
+  }
+  const auto written = writer_->writeStep(entries);
+  times.encode += written.encodeSeconds;
+  times.write += written.writeSeconds;
+  try {
+    appendTimings(writer_->directory() / "timings.csv",
+                  timingsLine(frame.cycle, frame.time, times, peakMemory(), written.bytes));
+  } catch (const std::exception& error) {
+    // The step itself is safe on disk.
+    log_.warning(fmt::format("cycle {} has no line in timings.csv: {}", frame.cycle, error.what()));
+  }
+  return written.bytes;
+}
+
+void Session::finishStep(const StepFrame& frame, const std::vector<StepProxy>& proxies,
+                         StepTimes& times) {
+  if (config_.dryRun) {
+    auto report = dryRunReport(frame, proxies, times);
+    rehearsedBytes_ = report.bytes;
+    for (auto& sentence : report.sentences) log_.info(std::move(sentence));
+    return;
+  }
+  const auto bytes = write(frame, proxies, times);
+  log_.info(fmt::format("cycle {} stored: {} proxies, {:.2f} MB, {:.2f} s", frame.cycle,
+                        proxies.size(), double(bytes) * 1e-6, times.sum()));
+}
+
+}  // namespace vestige

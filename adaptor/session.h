@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "adaptor/block_set.h"
+#include "adaptor/classification.h"
+#include "adaptor/config.h"
+#include "adaptor/log.h"
+#include "adaptor/record.h"
+#include "adaptor/step.h"
+#include "adaptor/trigger.h"
+#include "proxy/archive.h"
+#include "proxy/gl/device.h"
+
+namespace vestige {
+
+/// One run of a simulation: fields in, an archive out. Made, executed and destroyed on a Worker;
+/// the rest is cheap and may be called on the host's thread meanwhile idle.
+class Session {
+ public:
+  /// Opens the GL device and the archive. `recordDirectory` may be empty. Throws.
+  Session(const Config& config, const std::string& configText, const std::string& recordDirectory,
+          Log& log);
+  ~Session();
+
+  BlockSet& blocks() { return blocks_; }
+  void setUnits(const std::string& field, const std::string& units) { units_[field] = units; }
+  bool wants(std::int64_t cycle, double time) const { return trigger_.mayFire(cycle, time); }
+  std::int64_t storedSteps() const { return storedSteps_; }
+
+  /// Stores the step if a trigger fires; shared fields are forgotten in any case. Throws; then the
+  /// step is lost and nothing else.
+  void execute(std::int64_t cycle, double time);
+
+ private:
+  /// What is known of the fields of the step at hand.
+  struct Fields {
+    std::vector<PlannedField> plans;
+    std::map<std::string, FieldStatistics> statistics;
+  };
+  void adoptFrozen();
+  void record(std::int64_t cycle, double time);
+  const FieldStatistics& statisticsOf(Fields& fields, const std::string& name, StepTimes& times);
+  Classification classificationOf(const PlannedField& plan, const FieldStatistics& statistics,
+                                  double referenceLength) const;
+  void store(const StepFrame& frame, Fields& fields, StepTimes& times);
+  std::uint64_t write(const StepFrame& frame, const std::vector<StepProxy>& proxies,
+                      StepTimes& times);
+  void finishStep(const StepFrame& frame, const std::vector<StepProxy>& proxies, StepTimes& times);
+  void warnOf(const StepField& field);
+
+  Config config_;
+  Log& log_;
+  int threads_;
+  std::shared_ptr<gl::Device> device_;
+  std::unique_ptr<StepMarcher> marcher_;
+  std::unique_ptr<ArchiveWriter> writer_;
+  std::unique_ptr<Recorder> recorder_;
+
+  BlockSet blocks_;
+  std::map<std::string, std::string> units_;
+  Trigger trigger_;
+  std::map<std::string, IntervalPartition> frozen_;  ///< of fields with the first step's range
+  std::set<std::string> warned_;
+  std::optional<std::int64_t> lastCycle_;
+  std::int64_t storedSteps_ = 0;
+  std::uint64_t rehearsedBytes_ = 0;  ///< of the one step that a dry run makes
+};
+
+}  // namespace vestige

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "adaptor/classification.h"
+#include "adaptor/marcher.h"
+#include "adaptor/timings.h"
+#include "proxy/proxy_image.h"
+#include "proxy/raster.h"
+#include "proxy/view_set.h"
+
+namespace vestige {
+
+/// A field, ready to be marched.
+struct StepField {
+  PlannedField plan;
+  FieldStatistics statistics;
+  Classification classification;
+};
+
+/// What is the same for the whole step.
+struct StepFrame {
+  std::int64_t cycle = 0;
+  double time = 0.0;
+  const BlockSet* blocks = nullptr;
+  std::vector<View> views;
+  std::string provenance;
+};
+
+/// A proxy and its preview (if the configuration wants previews).
+struct StepProxy {
+  ProxyImage image;
+  Raster preview;
+};
+
+/// Turns the fields of a step into proxies: every block and view is marched once per field.
+class StepMarcher {
+ public:
+  StepMarcher(const Config& config, std::shared_ptr<gl::Device> device);
+
+  /// Adds its seconds to `times`.
+  std::vector<StepProxy> march(const StepFrame& frame, const StepField& field, int threads,
+                               StepTimes& times);
+
+ private:
+  void upload(const StepFrame& frame, const StepField& field, int block, int threads,
+              StepTimes& times);
+  RayImage marchView(const StepFrame& frame, const StepField& field, const View& view, int threads,
+                     StepTimes& times);
+  MarchRequest requestFor(const StepFrame& frame, const StepField& field, const View& view) const;
+
+  Config config_;
+  Marcher marcher_;
+  int uploaded_ = -1;  ///< the block that is in the texture
+};
+
+}  // namespace vestige

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "adaptor/block_set.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "adaptor/adaptor_error.h"
+
+namespace vestige {
+namespace {
+
+GridDescription grid(std::array<int, 3> points, std::array<int, 3> first = {},
+                     std::array<int, 6> ghosts = {}) {
+  GridDescription description;
+  description.points = points;
+  description.first = first;
+  description.origin = {1.0, 2.0, 3.0};
+  description.spacing = {0.1, 0.2, 0.3};
+  description.ghosts = ghosts;
+  return description;
+}
+
+template <class Call>
+void expectFails(vestige_code code, const std::string& part, const Call& call) {
+  try {
+    call();
+    ADD_FAILURE() << "nothing was thrown; expected: " << part;
+  } catch (const AdaptorError& error) {
+    EXPECT_EQ(error.apiCode(), code) << error.what();
+    EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+  }
+}
+
+TEST(BlockSet, OneBlockIsTheDomain) {
+  BlockSet blocks;
+  blocks.describe(0, grid({11, 6, 3}));
+  blocks.validate();
+  const Box domain = blocks.domain();
+  EXPECT_EQ(domain.low, glm::dvec3(1.0, 2.0, 3.0));
+  EXPECT_NEAR(domain.high.x, 2.0, 1e-15);
+  EXPECT_EQ(blocks.owned(0), domain);
+  EXPECT_EQ(blocks.coverage(), 1.0);
+  EXPECT_EQ(blocks.smallestSpacing(), 0.1);
+}
+
+TEST(BlockSet, NeighboursAgreeOnTheirFaceToTheLastBit) {
+  BlockSet blocks;
+  blocks.describe(0, grid({8, 6, 3}, {0, 0, 0}, {0, 1, 0, 0, 0, 0}));
+  blocks.describe(1, grid({6, 6, 3}, {5, 0, 0}, {1, 0, 0, 0, 0, 0}));
+  blocks.validate();
+  EXPECT_EQ(blocks.owned(0).high.x, blocks.owned(1).low.x);
+  EXPECT_NEAR(blocks.coverage(), 1.0, 1e-12);
+}
+
+TEST(BlockSet, EverySampleIsOwnedOnce) {
+  BlockSet blocks;
+  blocks.describe(0, grid({8, 6, 3}, {0, 0, 0}, {0, 1, 0, 0, 0, 0}));
+  blocks.describe(1, grid({6, 6, 3}, {5, 0, 0}, {1, 0, 0, 0, 0, 0}));
+  // Points 0..10: the shared point 6 belongs to the upper block.
+  EXPECT_EQ(blocks.ownSamples(0, Location::Point).high[0], 6);
+  EXPECT_EQ(blocks.ownSamples(1, Location::Point).low[0], 1);
+  EXPECT_EQ(blocks.ownSamples(1, Location::Point).high[0], 6);
+  EXPECT_EQ(blocks.ownSamples(1, Location::Point).high[1], 6);
+  // Cells 0..9: 6 and 4.
+  EXPECT_EQ(blocks.ownSamples(0, Location::Cell).high[0], 6);
+  EXPECT_EQ(blocks.ownSamples(1, Location::Cell).low[0], 1);
+  EXPECT_EQ(blocks.ownSamples(1, Location::Cell).high[0], 5);
+}
+
+TEST(BlockSet, CellSamplesStandAtTheCellsCentres) {
+  BlockSet blocks;
+  auto description = grid({3, 6, 3});
+  description.axes[0] = {0.0, 1.0, 4.0};
+  blocks.describe(0, description);
+  const auto march = blocks.marchGrid(0, Location::Cell);
+  EXPECT_EQ(march.nodes[0], (std::vector<double>{0.5, 2.5}));
+  EXPECT_EQ(march.owned.low.x, 0.0);
+  EXPECT_EQ(march.owned.high.x, 4.0);
+}
+
+TEST(BlockSet, DomainOfOnePointAlongAnAxisIsOneSpacingThick) {
+  BlockSet blocks;
+  blocks.describe(0, grid({11, 6, 1}));
+  blocks.validate();
+  EXPECT_NEAR(blocks.domain().size().z, 0.3, 1e-12);
+  EXPECT_EQ(blocks.owned(0), blocks.domain());
+  EXPECT_EQ(blocks.at(0).samples(Location::Cell), (std::array<int, 3>{10, 5, 1}));
+  const auto own = blocks.ownSamples(0, Location::Point);
+  EXPECT_EQ(own.high, (std::array<int, 3>{11, 6, 1}));
+}
+
+TEST(BlockSet, EmptyBlocksAreFineAndAllEmptyIsAnError) {
+  BlockSet blocks;
+  blocks.describe(3, grid({0, 6, 3}));
+  expectFails(VESTIGE_ERROR_GRID, "no block has any points", [&] { blocks.validate(); });
+  blocks.describe(4, grid({4, 4, 4}));
+  blocks.validate();
+  EXPECT_TRUE(blocks.marchGrid(3, Location::Point).empty());
+  EXPECT_EQ(blocks.at(3).samples(Location::Cell), (std::array<int, 3>{0, 0, 0}));
+}
+
+TEST(BlockSet, RefusesGridsThatMakeNoSense) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  BlockSet blocks;
+  expectFails(VESTIGE_ERROR_ARGUMENT, "-1", [&] { blocks.describe(-1, grid({4, 4, 4})); });
+  expectFails(VESTIGE_ERROR_GRID, "-4 points along x", [&] {
+    blocks.describe(0, grid({-4, 4, 4}));
+  });
+  expectFails(VESTIGE_ERROR_GRID, "none is its own", [&] {
+    blocks.describe(0, grid({4, 4, 4}, {}, {2, 2, 0, 0, 0, 0}));
+  });
+  expectFails(VESTIGE_ERROR_GRID, "-1 ghost layers along z", [&] {
+    blocks.describe(0, grid({4, 4, 4}, {}, {0, 0, 0, 0, -1, 0}));
+  });
+  for (const double spacing : {0.0, -1.0, nan}) {
+    auto description = grid({4, 4, 4});
+    description.spacing[1] = spacing;
+    expectFails(VESTIGE_ERROR_GRID, "spacing", [&] { blocks.describe(0, description); });
+  }
+  auto description = grid({3, 4, 4});
+  description.axes[0] = {0.0, 2.0, 2.0};
+  expectFails(VESTIGE_ERROR_GRID, "do not increase", [&] { blocks.describe(0, description); });
+  description.axes[0] = {0.0, nan, 2.0};
+  expectFails(VESTIGE_ERROR_GRID, "coordinate nan", [&] { blocks.describe(0, description); });
+  EXPECT_TRUE(blocks.blocks().empty());
+}
+
+TEST(BlockSet, RefusesSpacingsThatRoundingSwallows) {
+  BlockSet blocks;
+  auto description = grid({4, 4, 4});
+  description.origin[0] = 1e20;
+  expectFails(VESTIGE_ERROR_GRID, "do not increase", [&] { blocks.describe(0, description); });
+}
+
+TEST(BlockSet, RefusesOverlapsAndBlocksOutsideTheDomain) {
+  BlockSet blocks;
+  blocks.describe(0, grid({6, 6, 6}));
+  blocks.describe(7, grid({6, 6, 6}, {4, 0, 0}));
+  expectFails(VESTIGE_ERROR_GRID, "block 7 overlaps block 0", [&] { blocks.validate(); });
+  blocks.describe(7, grid({6, 6, 6}, {5, 0, 0}));
+  blocks.validate();
+  blocks.setDomain({{1.0, 2.0, 3.0}, {1.5, 4.0, 6.0}});
+  expectFails(VESTIGE_ERROR_GRID, "beyond the domain", [&] { blocks.validate(); });
+}
+
+TEST(BlockSet, KnowsOnlyDescribedBlocksAndForgetsWhatWasShared) {
+  BlockSet blocks;
+  FieldView field;
+  field.name = "t";
+  expectFails(VESTIGE_ERROR_NO_BLOCK, "block 2", [&] { blocks.share(2, field); });
+  blocks.describe(2, grid({4, 5, 6}));
+  blocks.share(2, field);
+  blocks.share(2, field);
+  ASSERT_EQ(blocks.at(2).fields.size(), 1u);
+  EXPECT_EQ(blocks.at(2).find("t")->size, (std::array<int, 3>{4, 5, 6}));
+  blocks.forgetShared();
+  EXPECT_EQ(blocks.at(2).find("t"), nullptr);
+}
+
+}  // namespace
+}  // namespace vestige

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "adaptor/config.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "adaptor/classification.h"
+#include "adaptor/config_reader.h"
+#include "adaptor/views.h"
+#include "proxy/error.h"
+
+namespace vestige {
+namespace {
+
+void expectError(const std::string& text, const std::string& expected) {
+  try {
+    configFromText(text, "run.toml");
+    ADD_FAILURE() << "no error in: " << text;
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Config);
+    EXPECT_NE(std::string(error.what()).find(expected), std::string::npos)
+        << error.what() << "\nexpected " << expected;
+  }
+}
+
+TEST(Config, EmptyTextGivesTheDefaults) {
+  const Config config = configFromText("", "run.toml");
+  EXPECT_EQ(config.output, "vestige.cdb");
+  EXPECT_EQ(config.existing, ExistingArchive::Refuse);
+  EXPECT_EQ(config.size, (ImageSize{512, 512}));
+  EXPECT_TRUE(config.attenuation && config.length && config.depth && config.mip &&
+              config.reference);
+  EXPECT_TRUE(config.fields.empty() && config.views.empty());
+  EXPECT_FALSE(config.dryRun);
+}
+
+TEST(Config, ReadsEveryKey) {
+  const Config config = configFromText(R"(
+dry_run = true
+[output]
+path = "a.cdb"
+existing = "append"
+previews = false
+background = [1, 0.5, 0]
+note = "a note"
+[gl]
+backend = "egl"
+threads = 3
+[image]
+width = 640
+height = 480
+proxies = ["length", "depth"]
+phong = true
+step_length = 0.5
+reference_length = 2
+[trigger]
+every_cycles = 10
+every_time = 0.25
+change = { field = "t", measure = "histogram", threshold = 0.1, every_cycles = 5 }
+[[view]]
+set = "axes"
+[[view]]
+name = "close"
+projection = "perspective"
+field_of_view = 90
+position = [0, -5, 0]
+target = [0, 0, 0]
+up = [0, 0, 1]
+near = 0.5
+far = 20
+[[field]]
+name = "speed"
+source = "velocity"
+magnitude = true
+gradient = true
+units = "m/s"
+range = [0, 1]
+intervals = 8
+opacity = [[0, 0], [0.5, 0.75], [1.0, 0]]
+colormap = "inferno"
+color_range = [0, 2]
+isovalues = [0.25, 0.5]
+[[field]]
+source = "t"
+component = 2
+range = "each-step"
+quantiles = true
+isovalues = "even"
+isovalue_count = 3
+[[field]]
+source = "p"
+bounds = [0, 1, 4]
+isovalues = "bounds"
+)",
+                                       "run.toml");
+  EXPECT_TRUE(config.dryRun);
+  EXPECT_EQ(config.output, "a.cdb");
+  EXPECT_EQ(config.existing, ExistingArchive::Append);
+  EXPECT_FALSE(config.previews);
+  EXPECT_EQ(config.background, glm::dvec3(1.0, 0.5, 0.0));
+  EXPECT_EQ(config.note, "a note");
+  EXPECT_EQ(config.glBackend, "egl");
+  EXPECT_EQ(config.threads, 3);
+  EXPECT_EQ(config.size, (ImageSize{640, 480}));
+  EXPECT_TRUE(config.length && config.depth && config.phong);
+  EXPECT_FALSE(config.attenuation || config.mip || config.reference);
+  EXPECT_EQ(config.stepLength, 0.5);
+  EXPECT_EQ(config.referenceLength, 2.0);
+  EXPECT_EQ(config.trigger.everyCycles, 10);
+  EXPECT_EQ(config.trigger.everyTime, 0.25);
+  ASSERT_TRUE(config.trigger.change);
+  EXPECT_EQ(config.trigger.change->measure, TriggerConfig::Measure::Histogram);
+  EXPECT_EQ(config.trigger.change->everyCycles, 5);
+  ASSERT_EQ(config.views.size(), 2u);
+  EXPECT_NEAR(config.views[1].fieldOfView, std::numbers::pi / 2, 1e-12);
+  ASSERT_EQ(config.fields.size(), 3u);
+  EXPECT_EQ(config.fields[0].name, "speed");
+  EXPECT_TRUE(config.fields[0].magnitude && config.fields[0].gradient);
+  EXPECT_EQ(config.fields[0].range, FieldConfig::Range::Fixed);
+  EXPECT_EQ(config.fields[0].opacity[1], (OpacityPoint{0.5, 0.75}));
+  EXPECT_EQ(config.fields[0].isovalues, (std::vector<double>{0.25, 0.5}));
+  EXPECT_EQ(config.fields[1].component, 2);
+  EXPECT_EQ(config.fields[1].range, FieldConfig::Range::EachStep);
+  EXPECT_TRUE(config.fields[1].quantiles);
+  EXPECT_EQ(config.fields[2].bounds, (std::vector<double>{0, 1, 4}));
+  EXPECT_EQ(config.fields[2].isovalueRule, FieldConfig::Isovalues::Bounds);
+}
+
+TEST(Config, NamesFileLineAndKey) {
+  expectError("[image]\nwidth = 0\n", "run.toml:2: [image] width: 0 is not in 1..16384");
+  expectError("\n\n[image]\nheight = 'x'\n",
+              "run.toml:4: [image] height: expected an integer, found a string");
+  expectError("[output\n", "run.toml:1:");
+  expectError("[[field]]\nsource = 't'\n\n[[field]]\nsource = 'u'\nunits = 3\n",
+              "run.toml:6: [[field]] units");
+}
+
+TEST(Config, SuggestsTheNearestKnownKey) {
+  expectError("[image]\nwidht = 3\n",
+              "run.toml:2: [image] widht: unknown key; did you mean width?");
+  expectError("[trigger]\nevery_cycle = 3\n", "did you mean every_cycles?");
+  expectError("[outputs]\n", "outputs: unknown key; did you mean output?");
+  expectError("[[field]]\nsource = 't'\nzzzzzz = 1\n", "unknown key; known are");
+  expectError("[trigger]\nchange = {field='t', threshold=1, treshold=2}\n",
+              "[trigger] change treshold: unknown key; did you mean threshold?");
+}
+
+TEST(Config, RefusesWhatMakesNoSense) {
+  expectError("[output]\nexisting = 'replace'\n", "\"replace\" is none of \"refuse\"");
+  expectError("[output]\npath = ''\n", "the archive needs a name");
+  expectError("[output]\nbackground = [2, 0, 0]\n", "0..1");
+  expectError("[output]\nbackground = 'blue'\n", "none of \"transparent\"");
+  expectError("[gl]\nbackend = 'vulkan'\n", "vulkan");
+  expectError("[image]\nproxies = ['lenght']\n", "\"lenght\" is none of");
+  expectError("[image]\nproxies = []\n", "at least one");
+  expectError("[image]\nstep_length = -1\n", "-1 is not 0 or positive");
+  expectError("[image]\nstep_length = nan\n", "not a finite number");
+  expectError("[trigger]\nevery_time = 0\n", "0 is not positive");
+  expectError("[trigger]\nchange = {field = 't'}\n", "threshold");
+  expectError("[trigger]\nchange = {threshold = 1}\n", "which field");
+  expectError("field = 3\n", "[[field]]");
+  expectError("[[field]]\nunits = 'K'\n", "which published field");
+  expectError("[[field]]\nname = 'a,b'\n", "a,b");
+  expectError("[[field]]\nsource='t'\ncomponent = 1\nmagnitude = true\n", "component is given");
+  expectError("[[field]]\nsource='t'\nrange = [1, 0]\n", "[1, 0] is upside down");
+  expectError("[[field]]\nsource='t'\nrange = [1]\n", "1 numbers are given, 2 needed");
+  expectError("[[field]]\nsource='t'\nintervals = 65\n", "65 is not in 1..64");
+  expectError("[[field]]\nsource='t'\nbounds = [0, 1]\nintervals = 3\n", "bounds already");
+  expectError("[[field]]\nsource='t'\nbounds = [0, 0]\n", "[[field]] bounds");
+  expectError("[[field]]\nsource='t'\nrange = [0, 1]\nquantiles = true\n", "range of the data");
+  expectError("[[field]]\nsource='t'\nopacity = [[0, 2]]\n", "2 at 0 is not in 0..1");
+  expectError("[[field]]\nsource='t'\nopacity = [[1, 0], [0, 1]]\n", "value 0 comes after 1");
+  expectError("[[field]]\nsource='t'\nopacity = [1]\n", "element 1 is not a pair");
+  expectError("[[field]]\nsource='t'\ncolormap = 'viridia'\n", "colormap");
+  expectError("[[field]]\nsource='t'\ncolor_range = [1, 1]\n", "low is not below high");
+  expectError("[[field]]\nsource='t'\nisovalues = [1, 1]\n", "twice");
+  expectError("[[field]]\nsource='t'\nisovalues = [1]\nisovalue_count = 2\n", "isovalue_count");
+}
+
+TEST(Config, RefusesViewsThatMakeNoSense) {
+  expectError("[[view]]\n", "a set or a name");
+  expectError("[[view]]\nset = 'fornt'\n", "fornt");
+  expectError("[[view]]\nset = 'front'\nheight = 2\n", "set already says");
+  expectError("[[view]]\nname = 'a/b'\ndirection = [0,1,0]\n", "a/b");
+  expectError("[[view]]\nname = 'a'\n", "give direction or target");
+  expectError("[[view]]\nname = 'a'\ntarget = [0,1,0]\n", "needs a position");
+  expectError("[[view]]\nname = 'a'\ndirection = [0,0,0]\n", "no length");
+  expectError("[[view]]\nname = 'a'\ndirection = [0,0,1]\nup = [0,0,2]\n", "parallel");
+  expectError("[[view]]\nname = 'a'\ndirection = [0,1,0]\nheight = 0\n", "0 is not positive");
+  expectError("[[view]]\nset = 'front'\n[[view]]\nset = 'front'\n", "given twice");
+  expectError("[[view]]\nset = 'front'\nfield_of_view = 180\n", "not < 180");
+}
+
+TEST(Config, ViewsThatShareANameAreRefused) {
+  const auto config = configFromText("[[view]]\nset='axes'\n[[view]]\nset='front'\n", "run.toml");
+  EXPECT_THROW(resolveViews(config, {{0, 0, 0}, {1, 1, 1}}), Error);
+}
+
+TEST(Config, ExplicitCamerasStandWhereTheyAreTold) {
+  const auto config = configFromText(
+      "[[view]]\nname='a'\nposition=[0.5, -4, 0.5]\ntarget=[0.5, 0.5, 0.5]\nheight=3\n"
+      "[[view]]\nname='down'\ndirection=[0, 0, -1]\n",
+      "run.toml");
+  const Box domain{{0, 0, 0}, {1, 1, 1}};
+  const auto views = resolveViews(config, domain);
+  ASSERT_EQ(views.size(), 2u);
+  EXPECT_EQ(views[0].camera.position, glm::dvec3(0.5, -4, 0.5));
+  EXPECT_NEAR(views[0].camera.forward.y, 1.0, 1e-12);
+  EXPECT_EQ(views[0].camera.viewHeight, 3.0);
+  EXPECT_LT(views[0].camera.nearDepth, 4.0);
+  EXPECT_GT(views[0].camera.farDepth, 5.0);
+  EXPECT_NEAR(views[1].camera.forward.z, -1.0, 1e-12);
+}
+
+TEST(Config, FrontIsTheDefaultView) {
+  const auto views = resolveViews(Config{}, {{0, 0, 0}, {1, 1, 1}});
+  ASSERT_EQ(views.size(), 1u);
+  EXPECT_EQ(views[0].name, "front");
+}
+
+TEST(Config, NearestWordIsByEditDistance) {
+  EXPECT_EQ(nearestWord("temprature", {"density", "temperature"}), "temperature");
+  EXPECT_EQ(nearestWord("x", {"density", "temperature"}), "");
+}
+
+FieldStatistics statisticsOver(double low, double high) {
+  FieldStatistics statistics;
+  statistics.count = 256;
+  statistics.low = low;
+  statistics.high = high;
+  statistics.histogram.assign(256, 1);
+  return statistics;
+}
+
+TEST(Classification, DefaultsAreUniformIntervalsARampAndEvenIsovalues) {
+  const auto made = classify({}, statisticsOver(0.0, 10.0), 1.0);
+  EXPECT_EQ(made.partition, IntervalPartition::uniform(0.0, 10.0, 16));
+  EXPECT_EQ(made.isovalues, (std::vector<double>{2.0, 4.0, 6.0, 8.0}));
+  EXPECT_EQ(made.base.opacity(0.0), 0.0);
+  EXPECT_GT(made.base.opacity(10.0), 0.0);
+}
+
+TEST(Classification, IsovaluesFollowTheirRule) {
+  FieldConfig config;
+  config.opacity = {{0, 0}, {2, 1}, {4, 0}, {6, 0.5}, {10, 0}};
+  const auto statistics = statisticsOver(0.0, 10.0);
+  EXPECT_EQ(classify(config, statistics, 1.0).isovalues, (std::vector<double>{2.0, 6.0}));
+  config.isovalueRule = FieldConfig::Isovalues::Bounds;
+  config.intervals = 4;
+  EXPECT_EQ(classify(config, statistics, 1.0).isovalues, (std::vector<double>{2.5, 5.0, 7.5}));
+  config.isovalueRule = FieldConfig::Isovalues::Explicit;
+  config.isovalues = {7.0, 1.0};
+  EXPECT_EQ(classify(config, statistics, 1.0).isovalues, (std::vector<double>{1.0, 7.0}));
+}
+
+TEST(Classification, ConstantFieldsHaveARange) {
+  const auto made = classify({}, statisticsOver(3.0, 3.0), 1.0);
+  EXPECT_LT(made.partition.low(), 3.0 + 1e-30);
+  EXPECT_GT(made.partition.high(), made.partition.low());
+}
+
+TEST(Classification, QuantilesFollowTheHistogram) {
+  FieldConfig config;
+  config.quantiles = true;
+  config.intervals = 2;
+  auto statistics = statisticsOver(0.0, 256.0);
+  statistics.histogram.assign(256, 0);
+  for (int i = 0; i < 64; ++i) statistics.histogram[std::size_t(i)] = 4;
+  const auto made = classify(config, statistics, 1.0);
+  EXPECT_NEAR(made.partition.bounds()[1], 32.0, 1.01);
+}
+
+}  // namespace
+}  // namespace vestige

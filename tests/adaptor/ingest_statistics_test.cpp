@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "adaptor/ingest_statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace vestige {
+namespace {
+
+/// A field over a grid of 21 x 12 x 9 points; blocks are windows into it.
+struct Sample {
+  std::array<int, 3> size{21, 12, 9};
+  std::vector<double> data;
+
+  Sample() {
+    for (int i = 0; i < 21 * 12 * 9; ++i) data.push_back(std::sin(0.37 * i) + 101325.0);
+  }
+  FieldPart part(int x0, int x1, int ownLow, int ownHigh) const {
+    FieldView field;
+    field.type = SampleType::Float64;
+    field.size = {x1 - x0, 12, 9};
+    field.strides = {8, 8 * 21, 8 * 21 * 12};
+    field.components = {reinterpret_cast<const std::byte*>(data.data() + x0)};
+    return {FieldReader(field, {}, {}, {}), {{ownLow, 0, 0}, {ownHigh, 12, 9}}};
+  }
+};
+
+TEST(IngestStatistics, AreThoseOfTheDefinition) {
+  const Sample sample;
+  const auto result = measureField({sample.part(0, 21, 0, 21)}, 2);
+  const double n = double(sample.data.size());
+  double mean = 0.0, squares = 0.0;
+  for (const double v : sample.data) mean += (v - 101325.0) / n;
+  for (const double v : sample.data) squares += std::pow(v - 101325.0 - mean, 2) / n;
+  EXPECT_EQ(result.count, sample.data.size());
+  EXPECT_EQ(result.noData, 0u);
+  EXPECT_EQ(result.low, *std::min_element(sample.data.begin(), sample.data.end()));
+  EXPECT_EQ(result.high, *std::max_element(sample.data.begin(), sample.data.end()));
+  EXPECT_NEAR(result.mean - 101325.0, mean, 1e-9);
+  EXPECT_NEAR(result.deviation, std::sqrt(squares), 1e-9);
+  ASSERT_EQ(result.histogram.size(), std::size_t(kHistogramBins));
+  EXPECT_EQ(std::accumulate(result.histogram.begin(), result.histogram.end(), 0ull), result.count);
+}
+
+TEST(IngestStatistics, DoNotDependOnThreads) {
+  const Sample sample;
+  EXPECT_EQ(measureField({sample.part(0, 21, 0, 21)}, 1),
+            measureField({sample.part(0, 21, 0, 21)}, 5));
+}
+
+TEST(IngestStatistics, DoNotDependOnHowTheDomainIsSplit) {
+  const Sample sample;
+  const auto whole = measureField({sample.part(0, 21, 0, 21)}, 1);
+  // Two blocks with a ghost layer each: own points 0..9 and 10..20.
+  const auto split = measureField({sample.part(0, 12, 0, 10), sample.part(9, 21, 1, 12)}, 2);
+  EXPECT_EQ(split.count, whole.count);
+  EXPECT_EQ(split.low, whole.low);
+  EXPECT_EQ(split.high, whole.high);
+  EXPECT_EQ(split.histogram, whole.histogram);
+  EXPECT_NEAR(split.mean, whole.mean, 1e-9);
+  EXPECT_NEAR(split.deviation, whole.deviation, 1e-9);
+}
+
+TEST(IngestStatistics, CountWhatHasNoData) {
+  Sample sample;
+  sample.data[5] = std::numeric_limits<double>::quiet_NaN();
+  sample.data[6] = std::numeric_limits<double>::infinity();
+  const auto result = measureField({sample.part(0, 21, 0, 21)}, 2);
+  EXPECT_EQ(result.noData, 2u);
+  EXPECT_TRUE(std::isfinite(result.high));
+}
+
+TEST(IngestStatistics, TakeConstantAndEmptyAndMissingFields) {
+  Sample sample;
+  std::fill(sample.data.begin(), sample.data.end(), 0.1);
+  const auto constant = measureField({sample.part(0, 21, 0, 21)}, 2);
+  EXPECT_EQ(constant.low, 0.1);
+  EXPECT_EQ(constant.high, 0.1);
+  EXPECT_EQ(constant.mean, 0.1);
+  EXPECT_NEAR(constant.deviation, 0.0, 1e-15);
+  EXPECT_EQ(constant.histogram[0], constant.count);
+
+  std::fill(sample.data.begin(), sample.data.end(), std::nan(""));
+  const auto missing = measureField({sample.part(0, 21, 0, 21)}, 2);
+  EXPECT_EQ(missing.noData, missing.count);
+  EXPECT_EQ(missing.low, 0.0);
+
+  EXPECT_EQ(measureField({}, 2).count, 0u);
+  EXPECT_EQ(measureField({sample.part(0, 21, 3, 3)}, 2).count, 0u);
+}
+
+TEST(IngestStatistics, TakeRangesThatOverflow) {
+  Sample sample;
+  sample.data[0] = -1.7e308;
+  sample.data[1] = 1.7e308;
+  const auto result = measureField({sample.part(0, 21, 0, 21)}, 1);
+  EXPECT_EQ(result.high, 1.7e308);
+  EXPECT_EQ(std::accumulate(result.histogram.begin(), result.histogram.end(), 0ull), result.count);
+}
+
+}  // namespace
+}  // namespace vestige

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+
+#include "explorer/cli.h"
+#include "proxy/archive.h"
+
+namespace vestige::cli {
+namespace {
+
+struct Options {
+  std::string archive;
+  bool repair = false;
+};
+
+int run(const Options& options) {
+  if (options.repair) {
+    for (const Finding& finding : repairArchive(options.archive)) {
+      fmt::print("left out: {}: {}\n", finding.file, finding.problem);
+    }
+  }
+  std::vector<Finding> findings;
+  {
+    ProgressBar bar("check");
+    findings = checkArchive(options.archive, [&](int done, int total) { bar.show(done, total); });
+  }
+  for (const Finding& finding : findings) fmt::print("{}: {}\n", finding.file, finding.problem);
+  if (findings.empty()) {
+    fmt::print("{}: {} rows, all sound\n", options.archive, Archive(options.archive).rows().size());
+    return 0;
+  }
+  fmt::print("{}: {} problems{}\n", options.archive, findings.size(),
+             options.repair ? "" : "; --repair rebuilds the table from the sound files");
+  return 1;
+}
+
+}  // namespace
+
+void addCheck(CLI::App& app, int& exitCode) {
+  CLI::App* command = app.add_subcommand("check", "Verifies every file of an archive");
+  auto options = std::make_shared<Options>();
+  command->add_option("archive", options->archive, "Archive (NAME.cdb)")->required();
+  command->add_flag("--repair", options->repair, "Rebuild the table from the files that decode");
+  command->callback([options, &exitCode] { exitCode = run(*options); });
+}
+
+}  // namespace vestige::cli

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+
+#include "explorer/cli.h"
+#include "explorer/picture.h"
+#include "explorer/renderer.h"
+#include "proxy/error.h"
+
+namespace vestige::cli {
+namespace {
+
+struct Options {
+  std::string archive, output;
+  bool verbose = false;
+  std::unique_ptr<LookOptions> look;
+};
+
+void run(const Options& options) {
+  const Look look = options.look->look();
+  const std::string extension = std::filesystem::path(options.output).extension().string();
+  if (extension != ".png" && extension != ".exr") {
+    throw Error(ErrorCode::InvalidArgument,
+                "--output '" + options.output + "' must end in .png or .exr");
+  }
+  const auto start = std::chrono::steady_clock::now();
+  const auto archive = std::make_shared<const Archive>(options.archive);
+  Renderer renderer(gl::Device::create(options.look->backend()), archive);
+  const Rendered rendered = renderer.render(look);
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  writePicture(options.output, rendered.picture);
+  if (!options.verbose) return;
+  for (const std::string& note : rendered.notes) fmt::print("{}\n", note);
+  if (look.trust) {
+    fmt::print("trust: {:.1f} % data, {:.1f} % interpolation, {:.1f} % guess\n",
+               100.0 * rendered.shares.data, 100.0 * rendered.shares.interpolation,
+               100.0 * rendered.shares.guess);
+  }
+  fmt::print("{}: {} x {} in {:.2f} s\n", options.output, rendered.picture.size.width,
+             rendered.picture.size.height, seconds.count());
+}
+
+}  // namespace
+
+void addRender(CLI::App& app, int&) {
+  CLI::App* command = app.add_subcommand("render", "Renders a picture of an archive");
+  auto options = std::make_shared<Options>();
+  command->add_option("archive", options->archive, "Archive (NAME.cdb)")->required();
+  command->add_option("-o,--output", options->output, "Picture, .png or .exr")->required();
+  command->add_flag("-v,--verbose", options->verbose, "Say which proxy answered and why");
+  options->look = std::make_unique<LookOptions>(*command);
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace vestige::cli

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "proxy/exr_file.h"
+#include "proxy/proxy_image.h"
+
+namespace vestige {
+
+/// A plane of one channel, pixel by pixel; empty = the channel is zero everywhere.
+using Plane = std::vector<float>;
+
+/// Opacity lengths of a view (method §2): [channel] planes of ℓ, mean depth and run count.
+struct LengthPlanes {
+  ProxyHeader header;
+  double unit = 1.0;  ///< of length in the file: its resolution is that of a half times unit
+  std::vector<Plane> length, depth, runs;
+
+  const IntervalPartition& partition() const { return *header.partition; }
+};
+
+/// Accumulated attenuation of a view: [channel] planes of a_k.
+struct AttenuationPlanes {
+  ProxyHeader header;
+  std::vector<Plane> attenuation;
+
+  const IntervalPartition& partition() const { return *header.partition; }
+};
+
+/// Depth layers of a view, in the order of the isovalues.
+struct DepthLayers {
+  ProxyHeader header;
+  std::vector<Plane> depth;   ///< planar Z, +inf = no hit
+  std::vector<Plane> normal;  ///< 3 floats a pixel, unit, eye space; empty = none stored
+
+  int count() const { return int(depth.size()); }
+};
+
+/// From a proxy in memory or in a file. Throw Format or NotFound naming what is missing. Parts of
+/// a file are decoded on several threads.
+LengthPlanes lengthPlanes(ProxyImage image);
+LengthPlanes readLengthPlanes(const ExrFile& file);
+AttenuationPlanes attenuationPlanes(ProxyImage image);
+DepthLayers depthLayers(ProxyImage image);
+
+}  // namespace vestige

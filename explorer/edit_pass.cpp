@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/edit_pass.h"
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+
+#include "edit_frag.embed.h"
+#include "enhance_frag.embed.h"
+#include "fullscreen_vert.embed.h"
+#include "proxy/error.h"
+
+namespace vestige {
+namespace {
+
+constexpr int kMaxChannels = IntervalPartition::kMaxIntervals + 3;  // as in edit.frag
+
+void setLayers(const gl::Program& program, const std::vector<int>* layerOf) {
+  std::array<GLint, kMaxChannels> layers;
+  layers.fill(-1);
+  if (layerOf) std::copy(layerOf->begin(), layerOf->end(), layers.begin());
+  gl::functions().Uniform1iv(program.uniform("layerOf"), kMaxChannels, layers.data());
+}
+
+}  // namespace
+
+ChannelTable tableForLength(const IntervalLook& look) { return {look.extinction, look.color}; }
+
+ChannelTable tableForAttenuation(const IntervalLook& look, const IntervalLook& base) {
+  ChannelTable table{std::vector<double>(look.extinction.size(), 0.0), look.color};
+  for (std::size_t k = 0; k < table.strength.size(); ++k) {
+    if (base.extinction[k] > 0.0) table.strength[k] = look.extinction[k] / base.extinction[k];
+  }
+  return table;
+}
+
+PieceTextures::PieceTextures(const PieceLists& lists)
+    : size(lists.size),
+      unit(lists.unit),
+      first(gpu::texture2D(GL_R32UI, lists.size, GL_RED_INTEGER, GL_UNSIGNED_INT,
+                           lists.first.data())),
+      entries(gpu::listTexture(lists.entries)) {}
+
+EditPass::EditPass() = default;
+
+const gl::Program& EditPass::variant(
+    const std::string& name, const std::vector<std::pair<std::string, std::string>>& defines) {
+  const auto found = programs_.find(name);
+  if (found != programs_.end()) return found->second;
+  return programs_
+      .emplace(name, gpu::program(embedded::fullscreen_vert, embedded::edit_frag, defines))
+      .first->second;
+}
+
+void EditPass::bind(const gl::Program& program, const PieceTextures& pieces,
+                    const ChannelTable& table) {
+  if (table.strength.size() > std::size_t(kMaxChannels) ||
+      table.color.size() != table.strength.size()) {
+    throw Error(ErrorCode::InvalidArgument,
+                "a channel table has " + std::to_string(table.strength.size()) + " strengths and " +
+                    std::to_string(table.color.size()) + " colours");
+  }
+  const gl::Functions& gl = gl::functions();
+  program.use();
+  gpu::bindSampler(program, "firstEntry", 0, pieces.first);
+  gpu::bindSampler(program, "entries", 1, pieces.entries);
+  gl.Uniform1i(program.uniform("listWidthLog2"), gpu::kListWidthLog2);
+  std::array<float, 4 * kMaxChannels> values{};
+  for (std::size_t k = 0; k < table.strength.size(); ++k) {
+    for (int c = 0; c < 3; ++c) values[4 * k + std::size_t(c)] = float(table.color[k][c]);
+    values[4 * k + 3] = float(-table.strength[k] * pieces.unit * std::numbers::log2e);
+  }
+  gl.Uniform4fv(program.uniform("channels"), kMaxChannels, values.data());
+}
+
+void EditPass::draw(const PieceTextures& pieces, const ChannelTable& table,
+                    const EditExtras& extras, const gl::Texture& target, int layer) {
+  std::vector<std::pair<std::string, std::string>> defines;
+  std::string name = "edit";
+  const auto define = [&](const char* key) {
+    defines.emplace_back(key, "1");
+    name += key;
+  };
+  if (extras.light) define("SHADED");
+  if (extras.enhancement) define("ENHANCED");
+  if (extras.oneLayer >= 0) define("ONE_LAYER");
+  const gl::Program& program = variant(name, defines);
+  const gpu::Attachment attachment{&target, layer};
+  gpu::bindTarget(framebuffer_, {&attachment, 1}, pieces.size);
+  bind(program, pieces, table);
+  if (extras.light) gpu::bindSampler(program, "light", 2, *extras.light);
+  if (extras.enhancement) gpu::bindSampler(program, "enhancement", 3, *extras.enhancement);
+  if (extras.light || extras.oneLayer >= 0) setLayers(program, extras.layerOf);
+  gl::functions().Uniform1i(program.uniform("oneLayer"), extras.oneLayer);
+  gpu::drawFullscreen(empty_);
+}
+
+Picture EditPass::render(const PieceTextures& pieces, const ChannelTable& table,
+                         const EditExtras& extras) {
+  const gl::Texture target = gpu::texture2D(GL_RGBA32F, pieces.size, GL_RGBA, GL_FLOAT, nullptr);
+  draw(pieces, table, extras, target);
+  return {pieces.size, gpu::readFloats(pieces.size)};
+}
+
+std::vector<float> EditPass::doubt(const PieceTextures& pieces, const ChannelTable& table) {
+  const gl::Texture target = gpu::texture2D(GL_RGBA32F, pieces.size, GL_RGBA, GL_FLOAT, nullptr);
+  const gpu::Attachment attachment{&target};
+  const gl::Program& program = variant("trust", {{"TRUST", "1"}});
+  gpu::bindTarget(framebuffer_, {&attachment, 1}, pieces.size);
+  bind(program, pieces, table);
+  gpu::drawFullscreen(empty_);
+  const std::vector<float> values = gpu::readFloats(pieces.size);
+  std::vector<float> doubt(pieces.size.pixels());
+  for (std::size_t i = 0; i < doubt.size(); ++i) doubt[i] = values[4 * i];
+  return doubt;
+}
+
+gl::Texture EditPass::enhancement(const PieceTextures& pieces, const ChannelTable& table,
+                                  double lambda, double gamma) {
+  const gl::Functions& gl = gl::functions();
+  const int groups = int(table.strength.size() + 3) / 4;
+  const gl::Texture attenuation = gpu::textureArray(GL_RGBA32F, pieces.size, groups);
+  const gl::Program& gather = variant("attenuation", {{"ATTENUATION", "1"}});
+  for (int group = 0; group < groups; ++group) {
+    const gpu::Attachment attachment{&attenuation, group};
+    gpu::bindTarget(framebuffer_, {&attachment, 1}, pieces.size);
+    bind(gather, pieces, table);
+    gl.Uniform1i(gather.uniform("group"), group);
+    gpu::drawFullscreen(empty_);
+  }
+  auto found = programs_.find("enhance");
+  if (found == programs_.end()) {
+    found = programs_
+                .emplace("enhance", gpu::program(embedded::fullscreen_vert, embedded::enhance_frag))
+                .first;
+  }
+  gl::Texture result = gpu::texture2D(GL_RGBA32F, pieces.size, GL_RGBA, GL_FLOAT, nullptr);
+  const gpu::Attachment attachment{&result};
+  gpu::bindTarget(framebuffer_, {&attachment, 1}, pieces.size);
+  const gl::Program& program = found->second;
+  program.use();
+  gpu::bindSampler(program, "attenuation", 0, attenuation);
+  gl.Uniform1i(program.uniform("groups"), groups);
+  gl.Uniform1f(program.uniform("lambda"), float(lambda));
+  gl.Uniform1f(program.uniform("gamma"), float(gamma));
+  gl.Uniform1f(program.uniform("gradientScale"), float(pieces.size.height) / 512.0f);
+  gpu::drawFullscreen(empty_);
+  gl::checkErrors("depth-aware enhancement");
+  return result;
+}
+
+}  // namespace vestige

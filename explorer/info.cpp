@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/info.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "proxy/error.h"
+
+namespace vestige {
+namespace {
+
+using nlohmann::json;
+
+struct Totals {
+  std::uint64_t files = 0, bytes = 0;
+};
+
+std::uint64_t sizeOf(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  return error ? 0 : std::uint64_t(size);
+}
+
+json cameraInfo(const Camera& camera) {
+  const auto vector = [](glm::dvec3 v) { return json{v.x, v.y, v.z}; };
+  json info{{"projection",
+             camera.projection == Projection::Orthographic ? "orthographic" : "perspective"},
+            {"position", vector(camera.position)},
+            {"forward", vector(camera.forward)},
+            {"up", vector(camera.up)}};
+  if (camera.projection == Projection::Orthographic) {
+    info["viewHeight"] = camera.viewHeight;
+  } else {
+    info["fieldOfViewRadians"] = camera.fieldOfView;
+  }
+  return info;
+}
+
+json fieldInfo(const ProxyHeader& header) {
+  json info{{"name", header.field},
+            {"units", header.units},
+            {"low", header.statistics.low},
+            {"high", header.statistics.high}};
+  if (header.partition) info["bounds"] = header.partition->bounds();
+  if (header.base) info["base"] = toJson(*header.base);
+  return info;
+}
+
+std::string shortList(const json& list, std::size_t most) {
+  std::string text;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (i == most - 1 && list.size() > most) {
+      text += ", ...";
+      i = list.size() - 1;
+    }
+    text += (text.empty() ? "" : ", ") +
+            (list[i].is_string() ? list[i].get<std::string>() : list[i].dump());
+  }
+  return text;
+}
+
+std::string bytesText(double bytes) {
+  const char* units[] = {"B", "kB", "MB", "GB", "TB"};
+  int unit = 0;
+  for (; bytes >= 1000.0 && unit < 4; ++unit) bytes /= 1000.0;
+  return fmt::format(fmt::runtime(unit == 0 ? "{:.0f} {}" : "{:.1f} {}"), bytes, units[unit]);
+}
+
+json cellOf(const std::string& text) {
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error == std::errc() && end == text.data() + text.size() && !text.empty()) return number;
+  return text;
+}
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells;
+  std::stringstream stream(line);
+  for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+  if (!line.empty() && line.back() == ',') cells.emplace_back();
+  return cells;
+}
+
+std::string cellText(const json& cell) {
+  if (!cell.is_number()) return cell.get<std::string>();
+  const double value = cell.get<double>();
+  return value == double(std::int64_t(value)) ? fmt::format("{}", std::int64_t(value))
+                                              : fmt::format("{:.4g}", value);
+}
+
+}  // namespace
+
+json archiveInfo(const Archive& archive) {
+  json info;
+  info["archive"] = archive.directory().string();
+  info["cycles"] = archive.cycles();
+  info["times"] = json::array();
+  for (long cycle : archive.cycles()) info["times"].push_back(archive.timeOf(cycle));
+  info["rows"] = archive.rows().size();
+  std::map<std::string, Totals> totals;
+  std::map<std::string, ArchiveRow> viewRows, fieldRows;
+  for (const ArchiveRow& row : archive.rows()) {
+    Totals& total = totals[row.proxy];
+    ++total.files;
+    total.bytes += sizeOf(archive.directory() / row.exr);
+    viewRows.try_emplace(row.view, row);
+    // The latest row with intervals says most of a field.
+    const auto found = fieldRows.find(row.field);
+    const bool intervals = row.proxy == kind::kLength || row.proxy == kind::kAttenuation;
+    if (found == fieldRows.end() || intervals) fieldRows[row.field] = row;
+  }
+  info["views"] = json::array();
+  for (const std::string& view : archive.views()) {
+    const ProxyHeader header = archive.open(viewRows.at(view)).header();
+    info["views"].push_back({{"name", view},
+                             {"size", {header.size.width, header.size.height}},
+                             {"camera", cameraInfo(header.camera)}});
+  }
+  info["fields"] = json::array();
+  for (const std::string& field : archive.fields()) {
+    info["fields"].push_back(fieldInfo(archive.open(fieldRows.at(field)).header()));
+  }
+  info["proxies"] = json::array();
+  std::uint64_t bytes = 0;
+  for (const std::string& proxy : archive.proxies()) {
+    const Totals& total = totals.at(proxy);
+    info["proxies"].push_back({{"name", proxy}, {"files", total.files}, {"bytes", total.bytes}});
+    bytes += total.bytes;
+  }
+  info["bytes"] = bytes;
+  if (!archive.rows().empty()) {
+    const ProxyHeader header = archive.open(archive.rows().back()).header();
+    const Box& box = header.domain;
+    info["domain"] = {{"low", {box.low.x, box.low.y, box.low.z}},
+                      {"high", {box.high.x, box.high.y, box.high.z}}};
+    info["provenance"] = header.provenance;
+    info["note"] = header.note;
+  }
+  return info;
+}
+
+std::string infoText(const json& info) {
+  std::string text = fmt::format("{}\n", info["archive"].get<std::string>());
+  if (info["cycles"].empty()) return text + "  no step yet\n";
+  text +=
+      fmt::format("  {} steps: cycle {}\n", info["cycles"].size(), shortList(info["cycles"], 8));
+  text +=
+      fmt::format("  time: {} to {}\n", info["times"].front().dump(), info["times"].back().dump());
+  const json& domain = info["domain"];
+  text += fmt::format("  domain: {} to {}\n", domain["low"].dump(), domain["high"].dump());
+  for (const json& view : info["views"]) {
+    text += fmt::format("  view {}: {} x {}, {}, looks along {}\n", view["name"].get<std::string>(),
+                        view["size"][0].dump(), view["size"][1].dump(),
+                        view["camera"]["projection"].get<std::string>(),
+                        view["camera"]["forward"].dump());
+  }
+  for (const json& field : info["fields"]) {
+    const std::string units = field["units"].get<std::string>();
+    text += fmt::format("  field {}{}: {:.6g} to {:.6g}", field["name"].get<std::string>(),
+                        units.empty() ? "" : " [" + units + "]", field["low"].get<double>(),
+                        field["high"].get<double>());
+    if (field.contains("bounds")) {
+      const json& bounds = field["bounds"];
+      text += fmt::format(", {} intervals over {:.6g} to {:.6g}", bounds.size() - 1,
+                          bounds.front().get<double>(), bounds.back().get<double>());
+    }
+    text += "\n";
+  }
+  for (const json& proxy : info["proxies"]) {
+    text +=
+        fmt::format("  proxy {}: {} files, {}\n", proxy["name"].get<std::string>(),
+                    proxy["files"].get<std::uint64_t>(), bytesText(proxy["bytes"].get<double>()));
+  }
+  text += fmt::format("  {} in all\n", bytesText(info["bytes"].get<double>()));
+  if (!info["provenance"].get<std::string>().empty()) {
+    text += fmt::format("  made by {}\n", info["provenance"].get<std::string>());
+  }
+  if (!info["note"].get<std::string>().empty()) {
+    text += fmt::format("  note: {}\n", info["note"].get<std::string>());
+  }
+  return text;
+}
+
+json timingsInfo(const std::filesystem::path& archive) {
+  const std::filesystem::path path = archive / "timings.csv";
+  std::ifstream file(path);
+  if (!file) throw Error(ErrorCode::NotFound, path.string() + " is not there: no timings");
+  json timings{{"columns", json::array()}, {"rows", json::array()}};
+  std::string line;
+  std::getline(file, line);
+  timings["columns"] = split(line);
+  for (int number = 2; std::getline(file, line); ++number) {
+    const std::vector<std::string> cells = split(line);
+    if (cells.size() != timings["columns"].size()) {
+      if (file.eof()) break;  // a torn last line
+      throw Error(ErrorCode::Format, fmt::format("{} line {} has {} cells, not {}", path.string(),
+                                                 number, cells.size(), timings["columns"].size()));
+    }
+    json row = json::array();
+    for (const std::string& cell : cells) row.push_back(cellOf(cell));
+    timings["rows"].push_back(std::move(row));
+  }
+  return timings;
+}
+
+std::string timingsText(const json& timings) {
+  std::vector<std::vector<std::string>> table{timings["columns"].get<std::vector<std::string>>()};
+  const std::size_t columns = table[0].size();
+  std::vector<double> sums(columns, 0.0);
+  std::vector<bool> numeric(columns, !timings["rows"].empty());
+  for (const json& row : timings["rows"]) {
+    std::vector<std::string> cells;
+    for (std::size_t c = 0; c < columns; ++c) {
+      cells.push_back(cellText(row[c]));
+      numeric[c] = numeric[c] && row[c].is_number();
+      if (row[c].is_number()) sums[c] += row[c].get<double>();
+    }
+    table.push_back(std::move(cells));
+  }
+  if (!timings["rows"].empty() && columns > 0) {
+    std::vector<std::string> means(columns);
+    for (std::size_t c = 0; c < columns; ++c) {
+      if (numeric[c]) means[c] = fmt::format("{:.4g}", sums[c] / double(timings["rows"].size()));
+    }
+    means[0] = "mean";
+    table.push_back(std::move(means));
+  }
+  std::vector<std::size_t> widths(columns, 0);
+  for (const auto& row : table) {
+    for (std::size_t c = 0; c < columns; ++c) widths[c] = std::max(widths[c], row[c].size());
+  }
+  std::string text;
+  for (const auto& row : table) {
+    for (std::size_t c = 0; c < columns; ++c) {
+      text += fmt::format("{}{:>{}}", c ? "  " : "", row[c], widths[c]);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace vestige

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/json_object.h"
+
+#include <algorithm>
+
+namespace vestige {
+
+JsonObject::JsonObject(const nlohmann::json& json, std::string path)
+    : json_(json), path_(std::move(path)) {
+  if (!json.is_object()) {
+    throw Error(ErrorCode::Config,
+                (path_.empty() ? std::string("a look") : "look key '" + path_ + "'") +
+                    " must be a JSON object, not " + json.dump());
+  }
+}
+
+const nlohmann::json* JsonObject::find(const char* key) {
+  known_.emplace_back(key);
+  const auto found = json_.find(key);
+  return found == json_.end() ? nullptr : &*found;
+}
+
+void JsonObject::read(const char* key, double& value) {
+  const nlohmann::json* found = find(key);
+  if (!found) return;
+  if (!found->is_number()) fail(key, "must be a number, not " + found->dump());
+  value = found->get<double>();
+}
+
+void JsonObject::read(const char* key, bool& value) {
+  const nlohmann::json* found = find(key);
+  if (!found) return;
+  if (!found->is_boolean()) fail(key, "must be true or false, not " + found->dump());
+  value = found->get<bool>();
+}
+
+void JsonObject::read(const char* key, std::string& value) {
+  const nlohmann::json* found = find(key);
+  if (!found) return;
+  if (!found->is_string()) fail(key, "must be a string, not " + found->dump());
+  value = found->get<std::string>();
+}
+
+void JsonObject::read(const char* key, std::vector<double>& value) {
+  const nlohmann::json* found = find(key);
+  if (!found) return;
+  const bool numbers =
+      found->is_array() &&
+      std::all_of(found->begin(), found->end(), [](const auto& v) { return v.is_number(); });
+  if (!numbers) fail(key, "must be a list of numbers, not " + found->dump());
+  value = found->get<std::vector<double>>();
+}
+
+void JsonObject::finish() const {
+  for (const auto& [key, value] : json_.items()) {
+    if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
+    std::string choices;
+    for (const std::string& known : known_) choices += (choices.empty() ? "" : ", ") + known;
+    fail(key, "is not known here; known: " + choices);
+  }
+}
+
+void JsonObject::fail(const std::string& key, const std::string& reason) const {
+  throw Error(ErrorCode::Config, "look key '" + pathOf(key) + "' " + reason);
+}
+
+std::string JsonObject::pathOf(const std::string& key) const {
+  return path_.empty() ? key : path_ + "." + key;
+}
+
+}  // namespace vestige

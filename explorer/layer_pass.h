@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <glm/mat3x3.hpp>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "explorer/gpu.h"
+#include "explorer/look.h"
+#include "proxy/camera.h"
+
+namespace vestige {
+
+/// Depth layers as the GPU holds them: planes of one view that were decoded and completed.
+struct LayerPlanes {
+  Camera camera;
+  ImageSize size;
+  std::vector<std::vector<float>> depth;   ///< [layer] planar Z, +inf = nothing
+  std::vector<std::vector<float>> normal;  ///< [layer] 3 a pixel, or empty
+};
+
+struct LayerTextures {
+  Camera camera;
+  ImageSize size;
+  int count = 0;
+  bool storedNormals = false;
+  gl::Texture depth;   ///< R32F array
+  gl::Texture normal;  ///< RGBA16F array; (0, 0, 0) = none stored at the pixel
+
+  explicit LayerTextures(const LayerPlanes& planes);
+};
+
+/// How layers are lit. Directions in eye space of the layers' own camera.
+struct LightSetup {
+  std::vector<glm::dvec3> directions;  ///< unit, toward the light
+  std::vector<double> intensities;
+  Material material;
+  bool shade = true;  ///< false: ambient occlusion alone
+  NormalSource normals = NormalSource::Stored;
+  AmbientOcclusion ao;
+  double aoRadiusWorld = 0.0;
+  /// Where the viewer is: for orthographic viewers the unit direction toward them (w = 0), else
+  /// their position (w = 1).
+  glm::dvec4 viewer{0.0, 0.0, 1.0, 0.0};
+};
+
+/// The light setup of a look whose viewer is `target`, for layers seen by `source`.
+LightSetup lightSetup(const Look& look, const Camera& source, const Camera& target,
+                      double domainDiagonal);
+
+/// A rotated view of depth layers.
+struct WarpedView {
+  Picture picture;           ///< premultiplied linear RGBA
+  std::vector<float> depth;  ///< [pixel] planar Z of the nearest sampled surface, +inf = none
+  std::vector<float> guess;  ///< [pixel] share of the colour that comes from stretched surface
+};
+
+/// Relighting (visualization-by-proxy §5), proxy ambient occlusion (eq. 5) and view synthesis by
+/// warping the layers as meshes with one vertex a pixel. Made, used and destroyed in Device::run.
+class LayerPass {
+ public:
+  LayerPass();
+  /// [layer] rgb = diffuse and ambient light, a = specular.
+  gl::Texture light(const LayerTextures& layers, const LightSetup& setup);
+  /// Draws the layers from `target`. `colors` [layer]: premultiplied RGBA of each source pixel;
+  /// `light` may be null. Surfaces stretched across silhouettes fill what no sample covers and
+  /// count as guess.
+  WarpedView warp(const LayerTextures& layers, const gl::Texture& colors, const gl::Texture* light,
+                  const Camera& target, ImageSize size);
+
+ private:
+  const gl::Program& program(const std::string& name, std::string_view vertex,
+                             std::string_view fragment,
+                             const std::vector<std::pair<std::string, std::string>>& defines = {});
+  std::map<std::string, gl::Program> programs_;
+  gl::Framebuffer framebuffer_;
+  gl::VertexArray empty_;
+};
+
+}  // namespace vestige

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/look.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "proxy/error.h"
+
+namespace vestige {
+namespace {
+
+void require(bool condition, const char* key, double value, const char* range) {
+  if (condition) return;
+  char text[64];
+  std::snprintf(text, sizeof text, "%g", value);
+  throw Error(ErrorCode::Config,
+              std::string("look key '") + key + "' is " + text + ", it must be " + range);
+}
+
+void requireRange(const char* key, double value, double low, double high) {
+  char range[96];
+  std::snprintf(range, sizeof range, "in [%g, %g]", low, high);
+  require(std::isfinite(value) && value >= low && value <= high, key, value, range);
+}
+
+void validateFunction(const Look& look) {
+  if (look.opacity) {
+    for (const OpacityPoint& point : *look.opacity) {
+      require(std::isfinite(point.value), "opacity", point.value, "finite");
+      requireRange("opacity", point.opacity, 0.0, 1.0);
+    }
+  }
+  if (look.referenceLength) {
+    require(std::isfinite(*look.referenceLength) && *look.referenceLength > 0.0, "referenceLength",
+            *look.referenceLength, "above 0");
+  }
+  if (!look.colormap.empty()) Colormap::named(look.colormap);
+  if (look.colorRange) {
+    const auto& [low, high] = *look.colorRange;
+    require(std::isfinite(low) && std::isfinite(high) && low < high, "colorRange", high,
+            "two finite numbers, the first below the second");
+  }
+  for (double factor : look.factors) {
+    require(std::isfinite(factor) && factor >= 0.0, "factors", factor, "0 or more");
+  }
+}
+
+void validateLight(const Look& look) {
+  if (look.lights.size() > 8) {
+    throw Error(ErrorCode::Config, "look key 'lights' holds " + std::to_string(look.lights.size()) +
+                                       " lights, at most 8");
+  }
+  for (const Light& light : look.lights) {
+    requireRange("lights.azimuth", light.azimuth, -360.0, 360.0);
+    requireRange("lights.elevation", light.elevation, -360.0, 360.0);
+    requireRange("lights.intensity", light.intensity, 0.0, 100.0);
+  }
+  requireRange("material.ambient", look.material.ambient, 0.0, 10.0);
+  requireRange("material.diffuse", look.material.diffuse, 0.0, 10.0);
+  requireRange("material.specular", look.material.specular, 0.0, 10.0);
+  requireRange("material.shininess", look.material.shininess, 1.0, 1000.0);
+}
+
+}  // namespace
+
+void Look::validate() const {
+  if (cycle && time) {
+    throw Error(ErrorCode::Config, "look keys 'cycle' and 'time' exclude each other");
+  }
+  if (time) require(std::isfinite(*time), "time", *time, "finite");
+  if (size) {
+    requireRange("size", size->width, 1, 16384);
+    requireRange("size", size->height, 1, 16384);
+  }
+  requireRange("rotate", rotate.azimuth, -360.0, 360.0);
+  requireRange("rotate", rotate.elevation, -360.0, 360.0);
+  requireRange("rotate", rotate.roll, -360.0, 360.0);
+  validateFunction(*this);
+  validateLight(*this);
+  requireRange("ao.strength", ao.strength, 0.0, 10.0);
+  require(ao.radius > 0.0 && ao.radius <= 1.0, "ao.radius", ao.radius, "in (0, 1]");
+  requireRange("enhance.lambda", enhance.lambda, 0.0, 1e6);
+  require(enhance.gamma > 0.0 && enhance.gamma <= 10.0, "enhance.gamma", enhance.gamma,
+          "in (0, 10]");
+  if (background) {
+    for (int c = 0; c < 3; ++c) requireRange("background", (*background)[c], 0.0, 1.0);
+  }
+}
+
+std::optional<glm::dvec3> backgroundFromText(const std::string& text) {
+  if (text == "transparent") return std::nullopt;
+  if (text == "black") return glm::dvec3(0.0);
+  if (text == "white") return glm::dvec3(1.0);
+  if (text == "grey" || text == "gray") return glm::dvec3(0.5);
+  unsigned red = 0, green = 0, blue = 0;
+  int used = 0;
+  if (text.size() == 7 &&
+      std::sscanf(text.c_str(), "#%2x%2x%2x%n", &red, &green, &blue, &used) == 3 && used == 7) {
+    return glm::dvec3(red, green, blue) / 255.0;
+  }
+  throw Error(ErrorCode::Config, "look key 'background' is '" + text +
+                                     "'; choices: black, white, grey, transparent, #rrggbb");
+}
+
+std::string textFromBackground(const std::optional<glm::dvec3>& background) {
+  if (!background) return "transparent";
+  if (*background == glm::dvec3(0.0)) return "black";
+  if (*background == glm::dvec3(1.0)) return "white";
+  const auto byte = [](double v) { return unsigned(std::lround(255.0 * v)); };
+  char text[8];
+  std::snprintf(text, sizeof text, "#%02x%02x%02x", byte(background->x) & 255u,
+                byte(background->y) & 255u, byte(background->z) & 255u);
+  return text;
+}
+
+}  // namespace vestige

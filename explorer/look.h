@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "proxy/camera.h"
+#include "proxy/transfer_function.h"
+
+namespace vestige {
+
+enum class Shading { None, Phong };
+/// Which proxy recomposes the picture at a stored view (method §2 "opacity change").
+enum class Via { Auto, Length, Attenuation };
+/// How the pieces of a ray are put in order: by mean depth, or by the runs that the stored counts,
+/// lengths and mean depths allow to be reconstructed (docs/exploring.md "Order").
+enum class Order { Runs, Mean };
+enum class NormalSource { Stored, Depth };
+/// What the picture is made of: the intervals (volume) or warped depth layers; MIP; the run's own
+/// reference rendering. Auto: volume at a stored view, layers when rotated.
+enum class Source { Auto, Volume, Layers, Mip, Reference };
+
+/// Degrees in the viewer's frame: 0,0 shines from the viewer, azimuth 90 from the right, elevation
+/// 90 from above.
+struct Light {
+  double azimuth = 0.0, elevation = 0.0;
+  double intensity = 1.0;
+  friend bool operator==(const Light&, const Light&) = default;
+};
+
+/// An orbit of the viewer about the domain's centre in degrees (Camera::orbited).
+struct Rotation {
+  double azimuth = 0.0, elevation = 0.0, roll = 0.0;
+  friend bool operator==(const Rotation&, const Rotation&) = default;
+  bool isZero() const { return azimuth == 0.0 && elevation == 0.0 && roll == 0.0; }
+};
+
+/// Blinn-Phong weights.
+struct Material {
+  double ambient = 0.3, diffuse = 0.7, specular = 0.25, shininess = 32.0;
+  friend bool operator==(const Material&, const Material&) = default;
+};
+
+/// Proxy ambient occlusion (visualization-by-proxy §5, eq. 5). The radius is a fraction of the
+/// domain's diagonal.
+struct AmbientOcclusion {
+  bool on = false;
+  double strength = 1.0, radius = 0.05;
+  friend bool operator==(const AmbientOcclusion&, const AmbientOcclusion&) = default;
+};
+
+/// Depth-aware enhancement (visualization-by-proxy §6.5, eq. 11).
+struct Enhancement {
+  bool on = false;
+  double lambda = 1.5, gamma = 1.0;
+  friend bool operator==(const Enhancement&, const Enhancement&) = default;
+};
+
+struct Annotations {
+  bool colorbar = false, axes = false, box = false, time = false;
+  friend bool operator==(const Annotations&, const Annotations&) = default;
+};
+
+/// The whole state of a picture: a look and an archive give the same picture, always. What is left
+/// empty takes the archive's own value. JSON keys and defaults: docs/exploring.md "Looks".
+struct Look {
+  std::optional<long> cycle;   ///< neither cycle nor time: the last step
+  std::optional<double> time;  ///< the stored step nearest to it
+  std::string field, view;     ///< empty: the archive's first
+  Source source = Source::Auto;
+  std::optional<ImageSize> size;  ///< empty: as stored
+  Rotation rotate;
+
+  std::optional<std::vector<OpacityPoint>> opacity;  ///< empty: the run's base
+  std::optional<double> referenceLength;
+  std::string colormap;  ///< empty: the run's
+  std::optional<std::pair<double, double>> colorRange;
+  std::vector<double> factors;  ///< empty: all 1; else one an interval
+
+  Via via = Via::Auto;
+  Order order = Order::Runs;
+  Shading shading = Shading::None;
+  NormalSource normals = NormalSource::Stored;
+  std::vector<Light> lights;  ///< empty: one at 30, 30
+  Material material;
+  AmbientOcclusion ao;
+  Enhancement enhance;
+  bool trust = false;
+  Annotations annotations;
+  std::optional<glm::dvec3> background = glm::dvec3(0.0);  ///< sRGB; empty: transparent
+
+  /// Throws Config naming the key unless every value is in its stated range.
+  void validate() const;
+  friend bool operator==(const Look&, const Look&) = default;
+};
+
+nlohmann::json toJson(const Look& look);
+/// Throws Config naming the key: unknown keys, wrong types, bad values.
+Look lookFromJson(const nlohmann::json& json);
+/// The same from a file's text; a syntax error is Config with line and column.
+Look lookFromText(const std::string& text);
+
+/// "black", "white", "grey", "transparent" or "#rrggbb"; throws Config.
+std::optional<glm::dvec3> backgroundFromText(const std::string& text);
+std::string textFromBackground(const std::optional<glm::dvec3>& background);
+
+}  // namespace vestige

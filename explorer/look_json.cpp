@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <nlohmann/json.hpp>
+
+#include "explorer/json_object.h"
+#include "explorer/look.h"
+#include "proxy/error.h"
+
+namespace vestige {
+namespace {
+
+using nlohmann::json;
+
+template <typename Enum>
+using Names = std::vector<std::pair<const char*, Enum>>;
+
+const Names<Shading> kShadings{{"none", Shading::None}, {"phong", Shading::Phong}};
+const Names<Via> kVias{
+    {"auto", Via::Auto}, {"length", Via::Length}, {"attenuation", Via::Attenuation}};
+const Names<Order> kOrders{{"runs", Order::Runs}, {"mean", Order::Mean}};
+const Names<NormalSource> kNormals{{"stored", NormalSource::Stored},
+                                   {"depth", NormalSource::Depth}};
+const Names<Source> kSources{{"auto", Source::Auto},
+                             {"volume", Source::Volume},
+                             {"layers", Source::Layers},
+                             {"mip", Source::Mip},
+                             {"reference", Source::Reference}};
+
+template <typename Enum>
+const char* nameOf(const Names<Enum>& names, Enum value) {
+  for (const auto& [name, enumerator] : names) {
+    if (enumerator == value) return name;
+  }
+  throw Error(ErrorCode::Internal, "a look holds an enumerator without a name");
+}
+
+void readFixed(JsonObject& object, const char* key, std::size_t count,
+               std::vector<double>& values) {
+  object.read(key, values);
+  if (!values.empty() && values.size() != count) {
+    object.fail(key, "must hold " + std::to_string(count) + " numbers, not " +
+                         std::to_string(values.size()));
+  }
+  if (values.empty() && object.find(key)) object.fail(key, "must not be empty");
+}
+
+void readStep(JsonObject& object, Look& look) {
+  if (const json* cycle = object.find("cycle")) {
+    if (!cycle->is_number_integer())
+      object.fail("cycle", "must be an integer, not " + cycle->dump());
+    look.cycle = cycle->get<long>();
+  }
+  if (object.find("time")) {
+    double time = 0.0;
+    object.read("time", time);
+    look.time = time;
+  }
+  object.read("field", look.field);
+  object.read("view", look.view);
+  object.readName("source", kSources, look.source);
+  std::vector<double> size, rotate;
+  readFixed(object, "size", 2, size);
+  if (!size.empty()) {
+    if (size[0] != int(size[0]) || size[1] != int(size[1])) object.fail("size", "must be integers");
+    look.size = ImageSize{int(size[0]), int(size[1])};
+  }
+  readFixed(object, "rotate", 3, rotate);
+  if (!rotate.empty()) look.rotate = {rotate[0], rotate[1], rotate[2]};
+}
+
+void readFunction(JsonObject& object, Look& look) {
+  if (const json* points = object.find("opacity")) {
+    if (!points->is_array()) object.fail("opacity", "must be a list of [value, opacity] pairs");
+    look.opacity.emplace();
+    for (const json& point : *points) {
+      if (!point.is_array() || point.size() != 2 || !point[0].is_number() ||
+          !point[1].is_number()) {
+        object.fail("opacity", "holds " + point.dump() + ", not a [value, opacity] pair");
+      }
+      look.opacity->push_back({point[0].get<double>(), point[1].get<double>()});
+    }
+  }
+  if (object.find("referenceLength")) {
+    double length = 0.0;
+    object.read("referenceLength", length);
+    look.referenceLength = length;
+  }
+  object.read("colormap", look.colormap);
+  std::vector<double> range;
+  readFixed(object, "colorRange", 2, range);
+  if (!range.empty()) look.colorRange = {range[0], range[1]};
+  object.read("factors", look.factors);
+}
+
+void readShading(JsonObject& object, Look& look) {
+  object.readName("via", kVias, look.via);
+  object.readName("order", kOrders, look.order);
+  object.readName("shading", kShadings, look.shading);
+  object.readName("normals", kNormals, look.normals);
+  if (const json* lights = object.find("lights")) {
+    if (!lights->is_array()) object.fail("lights", "must be a list of lights");
+    for (std::size_t i = 0; i < lights->size(); ++i) {
+      JsonObject entry((*lights)[i], "lights[" + std::to_string(i) + "]");
+      Light light;
+      entry.read("azimuth", light.azimuth);
+      entry.read("elevation", light.elevation);
+      entry.read("intensity", light.intensity);
+      entry.finish();
+      look.lights.push_back(light);
+    }
+  }
+  if (const json* material = object.find("material")) {
+    JsonObject entry(*material, "material");
+    entry.read("ambient", look.material.ambient);
+    entry.read("diffuse", look.material.diffuse);
+    entry.read("specular", look.material.specular);
+    entry.read("shininess", look.material.shininess);
+    entry.finish();
+  }
+  if (const json* ao = object.find("ao")) {
+    JsonObject entry(*ao, "ao");
+    entry.read("on", look.ao.on);
+    entry.read("strength", look.ao.strength);
+    entry.read("radius", look.ao.radius);
+    entry.finish();
+  }
+  if (const json* enhance = object.find("enhance")) {
+    JsonObject entry(*enhance, "enhance");
+    entry.read("on", look.enhance.on);
+    entry.read("lambda", look.enhance.lambda);
+    entry.read("gamma", look.enhance.gamma);
+    entry.finish();
+  }
+}
+
+void readPresentation(JsonObject& object, Look& look) {
+  object.read("trust", look.trust);
+  if (const json* annotations = object.find("annotations")) {
+    JsonObject entry(*annotations, "annotations");
+    entry.read("colorbar", look.annotations.colorbar);
+    entry.read("axes", look.annotations.axes);
+    entry.read("box", look.annotations.box);
+    entry.read("time", look.annotations.time);
+    entry.finish();
+  }
+  if (object.find("background")) {
+    std::string background;
+    object.read("background", background);
+    look.background = backgroundFromText(background);
+  }
+}
+
+json jsonFromFunction(const Look& look) {
+  json result = json::object();
+  if (look.opacity) {
+    result["opacity"] = json::array();
+    for (const OpacityPoint& point : *look.opacity) {
+      result["opacity"].push_back({point.value, point.opacity});
+    }
+  }
+  if (look.referenceLength) result["referenceLength"] = *look.referenceLength;
+  if (!look.colormap.empty()) result["colormap"] = look.colormap;
+  if (look.colorRange) result["colorRange"] = {look.colorRange->first, look.colorRange->second};
+  if (!look.factors.empty()) result["factors"] = look.factors;
+  return result;
+}
+
+}  // namespace
+
+json toJson(const Look& look) {
+  json result = jsonFromFunction(look);
+  if (look.cycle) result["cycle"] = *look.cycle;
+  if (look.time) result["time"] = *look.time;
+  if (!look.field.empty()) result["field"] = look.field;
+  if (!look.view.empty()) result["view"] = look.view;
+  if (look.size) result["size"] = {look.size->width, look.size->height};
+  result["rotate"] = {look.rotate.azimuth, look.rotate.elevation, look.rotate.roll};
+  result["source"] = nameOf(kSources, look.source);
+  result["via"] = nameOf(kVias, look.via);
+  result["order"] = nameOf(kOrders, look.order);
+  result["shading"] = nameOf(kShadings, look.shading);
+  result["normals"] = nameOf(kNormals, look.normals);
+  result["lights"] = json::array();
+  for (const Light& light : look.lights) {
+    result["lights"].push_back({{"azimuth", light.azimuth},
+                                {"elevation", light.elevation},
+                                {"intensity", light.intensity}});
+  }
+  result["material"] = {{"ambient", look.material.ambient},
+                        {"diffuse", look.material.diffuse},
+                        {"specular", look.material.specular},
+                        {"shininess", look.material.shininess}};
+  result["ao"] = {{"on", look.ao.on}, {"strength", look.ao.strength}, {"radius", look.ao.radius}};
+  result["enhance"] = {
+      {"on", look.enhance.on}, {"lambda", look.enhance.lambda}, {"gamma", look.enhance.gamma}};
+  result["trust"] = look.trust;
+  result["annotations"] = {{"colorbar", look.annotations.colorbar},
+                           {"axes", look.annotations.axes},
+                           {"box", look.annotations.box},
+                           {"time", look.annotations.time}};
+  result["background"] = textFromBackground(look.background);
+  return result;
+}
+
+Look lookFromJson(const json& source) {
+  Look look;
+  JsonObject object(source, "");
+  readStep(object, look);
+  readFunction(object, look);
+  readShading(object, look);
+  readPresentation(object, look);
+  object.finish();
+  look.validate();
+  return look;
+}
+
+Look lookFromText(const std::string& text) {
+  json parsed;
+  try {
+    parsed = json::parse(text);
+  } catch (const json::parse_error& error) {
+    throw Error(ErrorCode::Config, std::string("the look is not JSON: ") + error.what());
+  }
+  return lookFromJson(parsed);
+}
+
+}  // namespace vestige

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "explorer/cli.h"
+#include "proxy/durable_file.h"
+#include "proxy/error.h"
+
+namespace vestige::cli {
+namespace {
+
+std::string textOfFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(ErrorCode::Io, "look '" + path + "' cannot be read");
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+ImageSize sizeFromText(const std::string& text) {
+  int width = 0, height = 0, used = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%n", &width, &height, &used) != 2 ||
+      used != int(text.size())) {
+    throw Error(ErrorCode::Config, "--size '" + text + "' is not WIDTHxHEIGHT, such as 800x600");
+  }
+  return {width, height};
+}
+
+}  // namespace
+
+std::vector<double> numbersFromText(const std::string& option, const std::string& text,
+                                    std::size_t least, std::size_t most) {
+  std::vector<double> numbers;
+  std::stringstream pieces(text);
+  for (std::string piece; std::getline(pieces, piece, ',');) {
+    double number = 0.0;
+    const auto [end, error] = std::from_chars(piece.data(), piece.data() + piece.size(), number);
+    if (error != std::errc() || end != piece.data() + piece.size() || piece.empty()) {
+      throw Error(ErrorCode::Config, option + " '" + text + "': '" + piece + "' is not a number");
+    }
+    numbers.push_back(number);
+  }
+  if (numbers.size() < least || numbers.size() > most) {
+    throw Error(ErrorCode::Config,
+                option + " '" + text + "' holds " + std::to_string(numbers.size()) +
+                    " numbers, not " +
+                    (least == most ? std::to_string(least) : std::to_string(least) + " or more"));
+  }
+  return numbers;
+}
+
+LookOptions::LookOptions(CLI::App& command) : command_(&command) {
+  command.add_option("--look", lookFile_, "Start from a look (JSON)");
+  command.add_option("--save-look", saveLook_, "Write the look of this picture");
+  auto* cycle = command.add_option("--step", cycle_, "Cycle of the step (default: the last)");
+  command.add_option("--time", time_, "Simulation time; the nearest step answers")->excludes(cycle);
+  command.add_option("--field", field_, "Field (default: the first)");
+  command.add_option("--view", view_, "Stored view (default: the first)");
+  command.add_option("--rotate", rotate_, "Orbit by AZ,EL[,ROLL] degrees");
+  command.add_option("--size", size_, "Picture size WxH (default: as stored)");
+  command.add_option("--source", source_, "auto, volume, layers, mip, reference");
+  command.add_option("--opacity", opacity_, "Opacity per reference length 'v:o,v:o,...'");
+  command.add_option("--reference-length", referenceLength_, "World length of these opacities");
+  command.add_option("--factors", factors_, "One opacity factor an interval '1,0,2,...'");
+  command.add_option("--colormap", colormap_, "Colour map by name; _r reverses");
+  command.add_option("--color-range", colorRange_, "LOW,HIGH of the colour map");
+  command.add_option("--via", via_, "auto, length, attenuation");
+  command.add_option("--order", order_, "runs, mean");
+  command.add_option("--light", lights_, "Light from AZ,EL[,INTENSITY]; may be repeated");
+  command.add_option("--shading", shading_, "none, phong");
+  command.add_option("--normals", normals_, "stored, depth");
+  command.add_flag("--ao", ao_, "Proxy ambient occlusion");
+  command.add_option("--ao-radius", aoRadius_, "Its radius, a fraction of the domain's diagonal");
+  command.add_flag("--enhance", enhance_, "Depth-aware enhancement");
+  command.add_option("--enhance-lambda", enhanceLambda_, "Its strength");
+  command.add_flag("--colorbar", colorbar_, "Colour bar with units");
+  command.add_flag("--axes", axes_, "Axes triad");
+  command.add_flag("--box", box_, "Outline of the domain");
+  command.add_flag("--time-label", timeLabel_, "Time and cycle");
+  command.add_option("--background", background_, "black, white, grey, transparent, #rrggbb");
+  command.add_flag("--trust", trust_, "Tint what is interpolated or guessed");
+  command.add_option("--gl", backend_, "auto, osmesa, egl")->capture_default_str();
+}
+
+Look LookOptions::look() const {
+  const auto given = [&](const char* option) { return command_->count(option) > 0; };
+  Look start = lookFile_.empty() ? Look{} : lookFromText(textOfFile(lookFile_));
+  if (given("--step") || given("--time")) {
+    start.cycle.reset();
+    start.time.reset();
+  }
+  // The options become keys of the look's JSON, so that one reader judges both.
+  nlohmann::json json = toJson(start);
+  const auto text = [&](const char* option, const char* key, const std::string& value) {
+    if (given(option)) json[key] = value;
+  };
+  if (given("--step")) json["cycle"] = cycle_;
+  if (given("--time")) json["time"] = time_;
+  text("--field", "field", field_);
+  text("--view", "view", view_);
+  text("--source", "source", source_);
+  text("--colormap", "colormap", colormap_);
+  text("--via", "via", via_);
+  text("--order", "order", order_);
+  text("--shading", "shading", shading_);
+  text("--normals", "normals", normals_);
+  text("--background", "background", background_);
+  if (given("--rotate")) {
+    std::vector<double> angles = numbersFromText("--rotate", rotate_, 2, 3);
+    angles.resize(3, 0.0);
+    json["rotate"] = angles;
+  }
+  if (given("--size")) {
+    const ImageSize size = sizeFromText(size_);
+    json["size"] = {size.width, size.height};
+  }
+  if (given("--opacity")) {
+    json["opacity"] = nlohmann::json::array();
+    for (const OpacityPoint& point : opacityFromText(opacity_)) {
+      json["opacity"].push_back({point.value, point.opacity});
+    }
+  }
+  if (given("--reference-length")) json["referenceLength"] = referenceLength_;
+  if (given("--factors")) {
+    json["factors"] = numbersFromText("--factors", factors_, 1, IntervalPartition::kMaxIntervals);
+  }
+  if (given("--color-range"))
+    json["colorRange"] = numbersFromText("--color-range", colorRange_, 2, 2);
+  if (given("--light")) {
+    json["lights"] = nlohmann::json::array();
+    for (const std::string& light : lights_) {
+      const std::vector<double> numbers = numbersFromText("--light", light, 2, 3);
+      json["lights"].push_back({{"azimuth", numbers[0]},
+                                {"elevation", numbers[1]},
+                                {"intensity", numbers.size() > 2 ? numbers[2] : 1.0}});
+    }
+    // A light that is asked for shall be seen.
+    if (!given("--shading")) json["shading"] = "phong";
+  }
+  if (ao_) json["ao"]["on"] = true;
+  if (given("--ao-radius")) json["ao"]["radius"] = aoRadius_;
+  if (enhance_) json["enhance"]["on"] = true;
+  if (given("--enhance-lambda")) json["enhance"]["lambda"] = enhanceLambda_;
+  if (trust_) json["trust"] = true;
+  if (colorbar_) json["annotations"]["colorbar"] = true;
+  if (axes_) json["annotations"]["axes"] = true;
+  if (box_) json["annotations"]["box"] = true;
+  if (timeLabel_) json["annotations"]["time"] = true;
+
+  const Look look = lookFromJson(json);
+  if (!saveLook_.empty()) {
+    const std::string saved = toJson(look).dump(2) + "\n";
+    writeDurably(saveLook_, std::as_bytes(std::span(saved)));
+  }
+  return look;
+}
+
+ProgressBar::ProgressBar(const char* label) : label_(label), terminal_(isatty(STDERR_FILENO)) {}
+
+ProgressBar::~ProgressBar() {
+  if (shown_) std::fputc('\n', stderr);
+}
+
+void ProgressBar::show(int done, int total) {
+  if (!terminal_ || total <= 0) return;
+  constexpr int kWidth = 40;
+  const int filled = kWidth * done / total;
+  std::string bar(std::size_t(filled), '#');
+  bar.resize(kWidth, '.');
+  std::fprintf(stderr, "\r%s [%s] %d/%d", label_, bar.c_str(), done, total);
+  std::fflush(stderr);
+  shown_ = true;
+}
+
+}  // namespace vestige::cli

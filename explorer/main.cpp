@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// vestige-explorer: pictures from an archive, without the fields. Exit codes: 0 done, 1 an error
+// (one sentence on standard error), 2 a wrong command line.
+#include <fmt/format.h>
+
+#include <exception>
+
+#include "explorer/cli.h"
+#include "proxy/error.h"
+#include "proxy/version.h"
+
+int main(int argc, char** argv) {
+  CLI::App app{"Explores archives of Vestige: pictures from proxies, without the raw fields."};
+  app.set_version_flag("--version", std::string("vestige-explorer ") + vestige::kVersion);
+  app.require_subcommand(1);
+  app.fallthrough(false);
+  int exitCode = 0;
+  using namespace vestige::cli;
+  addInfo(app, exitCode);
+  addRender(app, exitCode);
+  addMovie(app, exitCode);
+  addCompare(app, exitCode);
+  addCheck(app, exitCode);
+  addDoctor(app, exitCode);
+  addExport(app, exitCode);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "vestige-explorer: {}\n", error.what());
+    return 1;
+  }
+  return exitCode;
+}

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "explorer/decode.h"
+#include "explorer/look.h"
+
+namespace vestige {
+
+/// A stretch of a ray inside one channel of the partition. `amount` is what a look's strength of
+/// the channel multiplies to give the stretch's optical depth: a length in world units (strength =
+/// extinction), or an optical depth of the base function (strength = factor). `ambiguous`: where
+/// the stretch lies is not stored, only likely.
+struct Piece {
+  int channel = 0;
+  float amount = 0.0f;
+  bool ambiguous = false;
+};
+
+/// For every pixel what its ray met, front to back. This order does not depend on the look, so it
+/// is found once, when a proxy is decoded; an edit is then one walk along each list (method §2
+/// "opacity change"). Packed as the shaders read it: `first` [pixel] is the index of a pixel's
+/// first entry or kNone; an entry holds a half float of amount / unit in bits 0-15, the channel in
+/// bits 16-23, kAmbiguous and, on the last of a list, kLast.
+struct PieceLists {
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+  static constexpr std::uint32_t kAmbiguous = 1u << 30;
+  static constexpr std::uint32_t kLast = 1u << 31;
+
+  ImageSize size;
+  double unit = 1.0;
+  std::vector<std::uint32_t> first;
+  std::vector<std::uint32_t> entries;
+
+  /// The list of pixel i, unpacked.
+  std::vector<Piece> at(std::size_t pixel) const;
+};
+
+/// From opacity lengths: the pieces of each ray by increasing mean depth (Order::Mean), or along
+/// the runs reconstructed by run_order.h (Order::Runs).
+PieceLists piecesFromLength(const LengthPlanes& planes, Order order);
+
+/// From accumulated attenuation, in one global order of channels (nested surfaces, outside first):
+/// A_k = a_k / Π(1 - A_j) over the channels before k; the amount is -ln(1 - A_k). Where nothing is
+/// left to attenuate (0/0) the channel contributes nothing.
+PieceLists piecesFromAttenuation(const AttenuationPlanes& planes, std::span<const int> order);
+/// The order of increasing value: below, the intervals, above.
+std::vector<int> nestedOrder(const IntervalPartition& partition);
+
+/// A half float's bits of a value in [0, 65504]; and back. Denormals are kept.
+std::uint16_t halfBits(float value);
+float halfValue(std::uint16_t bits);
+
+}  // namespace vestige

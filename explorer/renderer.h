@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "explorer/look.h"
+#include "explorer/picture.h"
+#include "explorer/trust.h"
+#include "proxy/archive.h"
+#include "proxy/gl/device.h"
+
+namespace vestige {
+
+/// A picture and how it came about.
+struct Rendered {
+  Picture picture;           ///< annotated, over its background
+  Camera camera;             ///< of the picture
+  std::vector<float> depth;  ///< warped layers: [pixel] planar Z of the nearest surface, else empty
+  std::vector<Trust> trust;  ///< [pixel] before fitting to the look's size; empty unless asked for
+  TrustShares shares;        ///< of `trust`
+  std::vector<std::string> notes;  ///< which proxy answered and why, one sentence each
+};
+
+/// Makes pictures of one archive from looks. Decoded proxies stay on the GPU, so that the next edit
+/// of the same step and view costs one pass. Not thread-safe.
+class Renderer {
+ public:
+  Renderer(std::shared_ptr<gl::Device> device, std::shared_ptr<const Archive> archive);
+  ~Renderer();
+
+  /// Throws Config for a look that makes no sense, NotFound naming what the archive has instead.
+  Rendered render(const Look& look);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The step that a look speaks of: its cycle, the step nearest to its time, or the last. Throws
+/// NotFound naming the cycles there are.
+long cycleOf(const Look& look, const Archive& archive);
+
+}  // namespace vestige

@@ -1,0 +1,98 @@
+#version 300 es
+// SPDX-License-Identifier: BSD-3-Clause
+// Recomposes a picture from the pieces of its rays (method §2 "opacity change"):
+// A' = 1 - exp(-strength * amount), C += T A' c', T *= 1 - A', front to back.
+// Variants by #define: SHADED multiplies a channel's colour by the light on its own depth layer
+// (visualization-by-proxy Fig. 1d), ENHANCED darkens by depth-aware enhancement (eq. 11), TRUST
+// gives the largest change that an unknown order could make, ATTENUATION gives a'_k of 4 channels,
+// ONE_LAYER recomposes the pieces that belong to one depth layer only.
+precision highp float;
+precision highp int;
+precision highp usampler2D;
+precision highp sampler2DArray;
+precision highp sampler2D;
+
+uniform usampler2D firstEntry;  // [pixel] index of the first entry, 0xffffffff = none
+uniform usampler2D entries;     // explorer/pieces.h PieceLists
+uniform int listWidthLog2;
+uniform vec4 channels[67];      // linear rgb; w = -strength * unit * log2(e)
+#if defined(SHADED) || defined(ONE_LAYER)
+uniform int layerOf[67];        // depth layer of a channel, -1 = none
+#endif
+#ifdef SHADED
+uniform sampler2DArray light;   // [layer] rgb = diffuse light, a = specular
+#endif
+#ifdef ENHANCED
+uniform sampler2D enhancement;  // r of eq. 11 in [0, 1]
+#endif
+#ifdef ATTENUATION
+uniform int group;
+#endif
+#ifdef ONE_LAYER
+uniform int oneLayer;
+#endif
+
+out vec4 result;
+
+const float kOpaque = 1.0 / 4096.0;
+
+void main() {
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  uint index = texelFetch(firstEntry, pixel, 0).r;
+  vec3 color = vec3(0.0);
+  float transmittance = 1.0;
+#ifdef TRUST
+  float doubt = 0.0;
+  bool unordered = false;
+#endif
+#ifdef ATTENUATION
+  vec4 attenuation = vec4(0.0);
+#endif
+  if (index != 0xffffffffu) {
+    uint mask = (1u << uint(listWidthLog2)) - 1u;
+    for (;;) {
+      uint entry = texelFetch(entries, ivec2(index & mask, index >> uint(listWidthLog2)), 0).r;
+      int channel = int((entry >> 16) & 255u);
+      vec4 look = channels[channel];
+      float left = exp2(unpackHalf2x16(entry & 0xffffu).x * look.w);
+#ifdef ONE_LAYER
+      if (layerOf[channel] != oneLayer) left = 1.0;
+#endif
+      float share = transmittance - transmittance * left;  // T A'
+#ifdef SHADED
+      int layer = layerOf[channel];
+      if (layer >= 0 && share > 0.0) {
+        vec4 shine = texelFetch(light, ivec3(pixel, layer), 0);
+        look.rgb = look.rgb * shine.rgb + shine.a;
+      }
+#endif
+#ifdef TRUST
+      // What if this piece stood in front of all before it? Its share would be A' instead of T A'.
+      float opacity = 1.0 - left;
+      bool loose = (entry & 0x40000000u) != 0u;
+      if ((loose || unordered) && opacity > 0.0) {
+        vec3 change = opacity * (color - (1.0 - transmittance) * look.rgb);
+        doubt = max(doubt, max(abs(change.r), max(abs(change.g), abs(change.b))));
+      }
+      unordered = unordered || (loose && opacity > 0.0);
+#endif
+#ifdef ATTENUATION
+      if (channel / 4 == group) attenuation[channel & 3] += share;
+#endif
+      color += share * look.rgb;
+      transmittance *= left;
+      if ((entry & 0x80000000u) != 0u || transmittance < kOpaque) break;
+      ++index;
+    }
+  }
+#ifdef ENHANCED
+  color *= 1.0 - texelFetch(enhancement, pixel, 0).r;
+#endif
+#if defined(TRUST)
+  result = vec4(doubt, 0.0, 0.0, 1.0);
+#elif defined(ATTENUATION)
+  result = attenuation;
+#else
+  result = vec4(color, 1.0 - transmittance);
+#endif
+}

@@ -1,0 +1,113 @@
+#version 300 es
+// SPDX-License-Identifier: BSD-3-Clause
+// Light on a depth layer: Blinn-Phong with movable lights and proxy ambient occlusion
+// (visualization-by-proxy §5, eq. 5). rgb = ambient and diffuse light, a = specular.
+precision highp float;
+precision highp int;
+precision highp sampler2DArray;
+
+uniform sampler2DArray depth;   // planar Z, +inf = nothing
+uniform sampler2DArray normals; // eye space; zero = derive from depth
+uniform int layer;
+uniform vec3 unproject;         // eye xy = (pixel - size / 2) * (x, -x) * (perspective ? Z : 1):
+                                // x = world per pixel, y = perspective ? 1 : 0, z = silhouette jump
+uniform int lights;
+uniform vec4 lightFrom[8];      // unit direction to the light, intensity
+uniform vec4 material;          // ambient, diffuse, specular, shininess
+uniform vec4 viewer;            // direction to the viewer (w = 0) or position (w = 1)
+uniform bool shade;
+uniform bool derive;
+uniform vec2 ao;                // strength (0 = off), radius in world units
+
+out vec4 result;
+
+const int kSamples = 64;
+
+ivec2 size() { return textureSize(depth, 0).xy; }
+
+float depthAt(ivec2 pixel) {
+  if (any(lessThan(pixel, ivec2(0))) || any(greaterThanEqual(pixel, size()))) return 1e30;
+  return min(texelFetch(depth, ivec3(pixel, layer), 0).r, 1e30);
+}
+
+vec3 positionAt(vec2 center, float z) {
+  vec2 across = (center - 0.5 * vec2(size())) * vec2(unproject.x, -unproject.x);
+  return vec3(across * (unproject.y > 0.5 ? z : 1.0), -z);
+}
+
+float pixelWorld(float z) { return unproject.x * (unproject.y > 0.5 ? z : 1.0); }
+
+// The difference of positions along one axis on the side where depth changes less; never across
+// a silhouette. Zero where both sides are cut off.
+vec3 tangent(ivec2 pixel, ivec2 axis, float z) {
+  float before = depthAt(pixel - axis), after = depthAt(pixel + axis);
+  float jump = unproject.z * pixelWorld(z);
+  bool useBefore = abs(before - z) < jump, useAfter = abs(after - z) < jump;
+  vec2 here = vec2(pixel) + 0.5;
+  vec3 center = positionAt(here, z);
+  vec3 low = useBefore ? positionAt(here - vec2(axis), before) : center;
+  vec3 high = useAfter ? positionAt(here + vec2(axis), after) : center;
+  return high - low;
+}
+
+vec3 derivedNormal(ivec2 pixel, float z) {
+  vec3 right = tangent(pixel, ivec2(1, 0), z), down = tangent(pixel, ivec2(0, 1), z);
+  if (dot(right, right) == 0.0) right = vec3(pixelWorld(z), 0.0, 0.0);
+  if (dot(down, down) == 0.0) down = vec3(0.0, -pixelWorld(z), 0.0);
+  return normalize(cross(down, right));  // rows run downward: this side faces the viewer
+}
+
+// How much of the hemisphere around n the layer's own neighbourhood covers. The kernel is the
+// projection of that hemisphere into the picture, hence anisotropic: points spread over the
+// hemisphere by the cosine rule, each read where it projects to; a neighbour occludes by its rise
+// above the tangent plane, the clamped <P(q) - P(p), n> of eq. 5.
+float occlusion(vec3 position, vec3 n, float z) {
+  vec3 side = normalize(abs(n.z) < 0.9 ? cross(n, vec3(0.0, 0.0, 1.0)) : cross(n, vec3(1.0, 0.0, 0.0)));
+  vec3 other = cross(n, side);
+  float sum = 0.0;
+  for (int i = 0; i < kSamples; ++i) {
+    float u = (float(i) + 0.5) / float(kSamples);
+    float angle = 2.39996323 * float(i);       // golden angle: even without a random texture
+    float rise = sqrt(1.0 - u);
+    float reach = ao.y * fract(float(i) * 0.61803399 + 0.5);
+    vec3 offset = reach * (sqrt(u) * (cos(angle) * side + sin(angle) * other) + rise * n);
+    vec3 spot = position + offset;
+    float world = unproject.x * (unproject.y > 0.5 ? -spot.z : 1.0);
+    vec2 at = spot.xy / vec2(world, -world) + 0.5 * vec2(size());
+    float zq = depthAt(ivec2(floor(at)));
+    if (zq > 1e29) continue;
+    vec3 toward = positionAt(floor(at) + 0.5, zq) - position;
+    float far = length(toward);
+    float above = max(dot(toward, n) - 0.02 * ao.y, 0.0) / max(far, 1e-20);
+    sum += above * max(0.0, 1.0 - far * far / (4.0 * ao.y * ao.y));
+  }
+  return sum / float(kSamples);
+}
+
+void main() {
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  float z = depthAt(pixel);
+  if (z > 1e29) {
+    result = vec4(1.0, 1.0, 1.0, 0.0);
+    return;
+  }
+  vec3 position = positionAt(vec2(pixel) + 0.5, z);
+  vec3 n = texelFetch(normals, ivec3(pixel, layer), 0).xyz;
+  if (derive || dot(n, n) < 0.25) n = derivedNormal(pixel, z);
+  n = normalize(n);
+  float open = ao.x > 0.0 ? max(0.0, 1.0 - ao.x * 2.0 * occlusion(position, n, z)) : 1.0;
+  if (!shade) {
+    result = vec4(vec3(open), 0.0);
+    return;
+  }
+  vec3 toViewer = viewer.w > 0.5 ? normalize(viewer.xyz - position) : viewer.xyz;
+  float diffuse = 0.0, specular = 0.0;
+  for (int i = 0; i < lights; ++i) {
+    vec3 toLight = lightFrom[i].xyz;
+    float facing = max(dot(n, toLight), 0.0);
+    diffuse += lightFrom[i].w * facing;
+    vec3 halfway = normalize(toLight + toViewer);
+    if (facing > 0.0) specular += lightFrom[i].w * pow(max(dot(n, halfway), 0.0), material.w);
+  }
+  result = vec4(vec3(open * (material.x + material.y * diffuse)), open * material.z * specular);
+}

@@ -1,0 +1,103 @@
+#version 300 es
+// SPDX-License-Identifier: BSD-3-Clause
+// A depth layer drawn from another camera (visualization-by-proxy §4.3, without distortion). No
+// attributes. Whole surface: each pixel is a quad whose corners lie at the mean depth of the pixels
+// around that belong to the same surface, so that neighbours join and silhouettes break. Stretched
+// surface: the triangles between pixel centres that silhouettes tear.
+precision highp float;
+precision highp int;
+precision highp sampler2DArray;
+
+uniform sampler2DArray depth;
+uniform sampler2DArray normals;
+uniform int layer;
+uniform vec3 unproject;      // as in light.frag; z: jump in pixels that any slope may have
+uniform mat4 clipFromEye;    // eye space of the layers' camera to clip space of the new one
+uniform vec4 planarDepth;    // dot with the eye position (w = 1): planar Z from the new camera
+uniform bool stretched;
+
+flat out ivec2 ownPixel;
+out vec2 sourcePixel;        // in units of pixels, 0 at the centre of the first
+out float newDepth;
+
+float pixelWorld(float z) { return unproject.x * (unproject.y > 0.5 ? z : 1.0); }
+
+vec3 eyeAt(vec2 center, float z) {
+  vec2 across = (center + 0.5 - 0.5 * vec2(textureSize(depth, 0).xy)) *
+                vec2(unproject.x, -unproject.x);
+  return vec3(across * (unproject.y > 0.5 ? z : 1.0), -z);
+}
+
+float depthAt(ivec2 pixel) { return texelFetch(depth, ivec3(pixel, layer), 0).r; }
+
+float slopeAt(ivec2 pixel) {
+  vec3 n = texelFetch(normals, ivec3(pixel, layer), 0).xyz;
+  return dot(n, n) < 0.25 ? 0.0 : min(length(n.xy) / max(n.z, 0.05), 8.0);
+}
+
+// How far depth may differ between neighbours of one surface.
+float jumpAt(ivec2 pixel, float z) {
+  return pixelWorld(z) * (unproject.z + 2.0 * slopeAt(pixel));
+}
+
+void place(bool present, vec2 center, float z) {
+  vec3 eye = eyeAt(center, present ? z : 1.0);
+  gl_Position = present ? clipFromEye * vec4(eye, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
+  // Whole surface takes the near half of the depth range, stretched the far half: a guess never
+  // hides a sample.
+  if (present) gl_Position.z = 0.5 * (gl_Position.z + (stretched ? 1.0 : -1.0) * gl_Position.w);
+  newDepth = dot(planarDepth, vec4(eye, 1.0));
+  sourcePixel = center;
+}
+
+void placeQuadCorner(int quad, ivec2 corner) {
+  ivec2 size = textureSize(depth, 0).xy;
+  ivec2 pixel = ivec2(quad % size.x, quad / size.x);
+  float z = depthAt(pixel);
+  ownPixel = pixel;
+  if (z > 1e29) {
+    place(false, vec2(pixel), z);
+    return;
+  }
+  float sum = 0.0, count = 0.0, jump = jumpAt(pixel, z);
+  for (int i = 0; i < 4; ++i) {
+    ivec2 other = pixel + corner - ivec2(i & 1, i >> 1);
+    if (any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, size))) continue;
+    float zo = depthAt(other);
+    if (zo > 1e29 || abs(zo - z) > max(jump, jumpAt(other, zo))) continue;
+    sum += zo;
+    count += 1.0;
+  }
+  place(true, vec2(pixel) + vec2(corner) - 0.5, sum / count);
+}
+
+void placeTornCorner(int quad, int which, bool second) {
+  int columns = textureSize(depth, 0).x - 1;
+  ivec2 base = ivec2(quad % columns, quad / columns);
+  // Two triangles: (0,0) (1,0) (0,1) and (1,1) (0,1) (1,0).
+  ivec2 a = base + (second ? ivec2(1, 1) : ivec2(0, 0));
+  ivec2 b = base + (second ? ivec2(0, 1) : ivec2(1, 0));
+  ivec2 c = base + (second ? ivec2(1, 0) : ivec2(0, 1));
+  float za = depthAt(a), zb = depthAt(b), zc = depthAt(c);
+  float high = max(za, max(zb, zc)), low = min(za, min(zb, zc));
+  ivec2 mine = which == 0 ? a : which == 1 ? b : c;
+  bool torn = false;
+  if (high < 1e29) {
+    float jump = max(jumpAt(a, za), max(jumpAt(b, zb), jumpAt(c, zc)));
+    torn = high - low > jump;
+  }
+  ownPixel = mine;
+  place(torn, vec2(mine), which == 0 ? za : which == 1 ? zb : zc);
+}
+
+void main() {
+  int quad = gl_VertexID / 6, vertex = gl_VertexID - 6 * quad;
+  bool second = vertex >= 3;
+  int which = vertex - (second ? 3 : 0);
+  if (stretched) {
+    placeTornCorner(quad, which, second);
+  } else {
+    ivec2 corner = which == 0 ? ivec2(0, 0) : which == 1 ? ivec2(1, 0) : ivec2(0, 1);
+    placeQuadCorner(quad, second ? ivec2(1, 1) - corner : corner);
+  }
+}

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/view_data.h"
+
+#include <array>
+
+#include "proxy/error.h"
+
+namespace vestige {
+namespace {
+
+constexpr std::array<std::string_view, 5> kKinds{kind::kLength, kind::kAttenuation, kind::kDepth,
+                                                 kind::kReference, kind::kMip};
+
+}  // namespace
+
+ViewData::ViewData(const Archive& archive, long cycle, std::string view, std::string field)
+    : archive_(archive), cycle_(cycle), view_(std::move(view)), field_(std::move(field)) {
+  bool found = false;
+  for (std::string_view name : kKinds) {
+    const ArchiveRow* row = archive_.find(cycle_, view_, field_, name);
+    if (!row) continue;
+    const ProxyHeader header = archive_.open(*row).header();
+    if (!found) header_ = header;
+    found = true;
+    if (header.partition) {
+      partition_ = header.partition;
+      return;
+    }
+  }
+  if (!found) {
+    throw Error(ErrorCode::NotFound, "cycle " + std::to_string(cycle_) +
+                                         " has no proxy of field '" + field_ + "' in view '" +
+                                         view_ + "'");
+  }
+}
+
+bool ViewData::has(std::string_view proxy) const {
+  return archive_.find(cycle_, view_, field_, proxy) != nullptr;
+}
+
+const ArchiveRow& ViewData::row(std::string_view proxy) const {
+  const ArchiveRow* row = archive_.find(cycle_, view_, field_, proxy);
+  if (!row) {
+    throw Error(ErrorCode::NotFound, "cycle " + std::to_string(cycle_) + ", view '" + view_ +
+                                         "', field '" + field_ + "' has no " + std::string(proxy) +
+                                         " proxy");
+  }
+  return *row;
+}
+
+ProxyImage ViewData::image(std::string_view proxy) const {
+  return archive_.open(row(proxy)).image();
+}
+
+const IntervalPartition* ViewData::partition() const { return partition_ ? &*partition_ : nullptr; }
+
+const LengthPlanes& ViewData::lengths() {
+  if (!lengths_) lengths_ = readLengthPlanes(archive_.open(row(kind::kLength)));
+  return *lengths_;
+}
+
+const PieceTextures& ViewData::pieces(Via via, Order order) {
+  // Attenuation has one global order, whatever is asked for.
+  const std::pair key{via, via == Via::Attenuation ? Order::Mean : order};
+  auto& textures = pieces_[key];
+  if (textures) return *textures;
+  if (via == Via::Attenuation) {
+    const AttenuationPlanes planes = attenuationPlanes(image(kind::kAttenuation));
+    const std::vector<int> nested = nestedOrder(planes.partition());
+    textures = std::make_unique<PieceTextures>(piecesFromAttenuation(planes, nested));
+  } else {
+    textures = std::make_unique<PieceTextures>(piecesFromLength(lengths(), order));
+  }
+  return *textures;
+}
+
+void ViewData::makeLayers() {
+  if (layers_) return;
+  if (has(kind::kDepth)) {
+    DepthLayers decoded = depthLayers(image(kind::kDepth));
+    isovalues_ = decoded.header.isovalues;
+    layerOf_ = partition_ ? layerOfChannels(*partition_, isovalues_) : std::vector<int>{};
+    const LengthPlanes* complete = has(kind::kLength) ? &lengths() : nullptr;
+    layers_ =
+        std::make_unique<LayerTextures>(completedLayers(std::move(decoded), complete, layerOf_));
+  } else {
+    layers_ = std::make_unique<LayerTextures>(layersFromLengths(lengths(), layerOf_));
+  }
+}
+
+const LayerTextures& ViewData::layers() {
+  makeLayers();
+  return *layers_;
+}
+
+const std::vector<int>& ViewData::layerOf() {
+  makeLayers();
+  return layerOf_;
+}
+
+const std::vector<double>& ViewData::isovalues() {
+  makeLayers();
+  return isovalues_;
+}
+
+ViewData& ViewCache::get(long cycle, const std::string& view, const std::string& field) {
+  for (auto entry = entries_.begin(); entry != entries_.end(); ++entry) {
+    if (entry->cycle == cycle && entry->view == view && entry->field == field) {
+      entries_.splice(entries_.begin(), entries_, entry);
+      return *entries_.front().data;
+    }
+  }
+  auto data = std::make_unique<ViewData>(archive_, cycle, view, field);
+  if (entries_.size() >= kKept) entries_.pop_back();
+  entries_.push_front({cycle, view, field, std::move(data)});
+  return *entries_.front().data;
+}
+
+}  // namespace vestige

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <list>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "explorer/edit_pass.h"
+#include "explorer/layer_pass.h"
+#include "explorer/layers.h"
+#include "explorer/look.h"
+#include "proxy/archive.h"
+
+namespace vestige {
+
+/// The decoded proxies of one cycle, view and field, made when first asked for. Its GL objects are
+/// made and destroyed inside Device::run.
+class ViewData {
+ public:
+  ViewData(const Archive& archive, long cycle, std::string view, std::string field);
+
+  bool has(std::string_view proxy) const;
+  /// The header of any proxy of the view.
+  const ProxyHeader& header() const { return header_; }
+
+  const PieceTextures& pieces(Via via, Order order);
+  /// The layers, and which layer stands for each channel (all -1 without a partition).
+  const LayerTextures& layers();
+  const std::vector<int>& layerOf();
+  /// The isovalues of the layers; empty when they come from lengths.
+  const std::vector<double>& isovalues();
+  const IntervalPartition* partition() const;
+  ProxyImage image(std::string_view proxy) const;
+
+ private:
+  const ArchiveRow& row(std::string_view proxy) const;
+  const LengthPlanes& lengths();
+  void makeLayers();
+
+  const Archive& archive_;
+  long cycle_;
+  std::string view_, field_;
+  ProxyHeader header_;
+  std::optional<IntervalPartition> partition_;
+  std::optional<LengthPlanes> lengths_;
+  std::map<std::pair<Via, Order>, std::unique_ptr<PieceTextures>> pieces_;
+  std::unique_ptr<LayerTextures> layers_;
+  std::vector<int> layerOf_;
+  std::vector<double> isovalues_;
+};
+
+/// The few views that were asked for last.
+class ViewCache {
+ public:
+  explicit ViewCache(const Archive& archive) : archive_(archive) {}
+  ViewData& get(long cycle, const std::string& view, const std::string& field);
+
+ private:
+  static constexpr std::size_t kKept = 4;
+  struct Entry {
+    long cycle;
+    std::string view, field;
+    std::unique_ptr<ViewData> data;
+  };
+  const Archive& archive_;
+  std::list<Entry> entries_;  ///< the latest first
+};
+
+}  // namespace vestige

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/look.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "proxy/error.h"
+
+namespace vestige {
+namespace {
+
+std::string messageOf(const std::string& text) {
+  try {
+    lookFromText(text);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Config) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << text << " was accepted";
+  return {};
+}
+
+TEST(Look, SurvivesJsonWithEveryKeySet) {
+  Look look;
+  look.cycle = 40;
+  look.field = "temperature";
+  look.view = "front";
+  look.source = Source::Layers;
+  look.size = ImageSize{640, 480};
+  look.rotate = {30.0, -12.5, 5.0};
+  look.opacity = std::vector<OpacityPoint>{{0.1, 0.0}, {0.7, 0.9}};
+  look.referenceLength = 0.01;
+  look.colormap = "inferno_r";
+  look.colorRange = {-1.0, 2.5};
+  look.factors = {1.0, 0.0, 2.5};
+  look.via = Via::Attenuation;
+  look.order = Order::Mean;
+  look.shading = Shading::Phong;
+  look.normals = NormalSource::Depth;
+  look.lights = {{10.0, 20.0, 0.5}, {-80.0, 5.0, 1.0}};
+  look.material = {0.1, 0.8, 0.3, 12.0};
+  look.ao = {true, 0.7, 0.1};
+  look.enhance = {true, 2.0, 0.5};
+  look.trust = true;
+  look.annotations = {true, false, true, true};
+  look.background = std::nullopt;
+  EXPECT_EQ(lookFromJson(toJson(look)), look);
+  EXPECT_EQ(lookFromText(toJson(look).dump()), look);
+}
+
+TEST(Look, IsTheDefaultWhenEmpty) { EXPECT_EQ(lookFromText("{}"), Look{}); }
+
+TEST(Look, NamesUnknownKeysByTheirPath) {
+  EXPECT_NE(messageOf(R"({"colormop": "grey"})").find("'colormop'"), std::string::npos);
+  EXPECT_NE(messageOf(R"({"ao": {"radios": 1}})").find("'ao.radios'"), std::string::npos);
+  EXPECT_NE(
+      messageOf(R"({"lights": [{"azimuth": 0}, {"elevatoin": 1}]})").find("'lights[1].elevatoin'"),
+      std::string::npos);
+}
+
+TEST(Look, NamesTheKeyOfEveryBadValue) {
+  const std::pair<const char*, const char*> cases[] = {
+      {R"({"size": [0, 10]})", "size"},
+      {R"({"size": [10]})", "size"},
+      {R"({"size": [1e9, 10]})", "size"},
+      {R"({"rotate": [1, 2]})", "rotate"},
+      {R"({"rotate": [1, 2, 4000]})", "rotate"},
+      {R"({"opacity": [[0.1, 1.5]]})", "opacity"},
+      {R"({"opacity": [[0.1]]})", "opacity"},
+      {R"({"opacity": 1})", "opacity"},
+      {R"({"referenceLength": 0})", "referenceLength"},
+      {R"({"colormap": 3})", "colormap"},
+      {R"({"colorRange": [2, 1]})", "colorRange"},
+      {R"({"factors": [-1]})", "factors"},
+      {R"({"factors": ["a"]})", "factors"},
+      {R"({"via": "magic"})", "via"},
+      {R"({"order": 1})", "order"},
+      {R"({"shading": "toon"})", "shading"},
+      {R"({"normals": true})", "normals"},
+      {R"({"source": "voxels"})", "source"},
+      {R"({"lights": {}})", "lights"},
+      {R"({"lights": [{"intensity": -1}]})", "intensity"},
+      {R"({"material": {"shininess": 0}})", "material.shininess"},
+      {R"({"ao": {"radius": 0}})", "ao.radius"},
+      {R"({"enhance": {"gamma": 0}})", "enhance.gamma"},
+      {R"({"trust": "yes"})", "trust"},
+      {R"({"background": "mauve"})", "background"},
+      {R"({"background": "#12345"})", "background"},
+      {R"({"cycle": 1.5})", "cycle"},
+      {R"({"cycle": 1, "time": 2})", "cycle"},
+  };
+  for (const auto& [text, key] : cases) {
+    EXPECT_NE(messageOf(text).find(key), std::string::npos) << text;
+  }
+}
+
+TEST(Look, TellsWhereJsonIsBroken) {
+  EXPECT_NE(messageOf("{\"field\": ").find("JSON"), std::string::npos);
+  EXPECT_NE(messageOf("[1]").find("object"), std::string::npos);
+}
+
+TEST(Background, ReadsNamesAndHexAndComesBack) {
+  EXPECT_EQ(backgroundFromText("white"), glm::dvec3(1.0));
+  EXPECT_EQ(backgroundFromText("transparent"), std::nullopt);
+  EXPECT_EQ(textFromBackground(backgroundFromText("#20a0ff")), "#20a0ff");
+}
+
+}  // namespace
+}  // namespace vestige

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "proxy/camera.h"
@@ -30,14 +31,17 @@ struct MarchRequest {
   ImageSize size;
   IntervalPartition partition;
   TransferFunction base;
-  Box domain;               ///< the whole domain: anchors the samples, so blocks agree
-  double stepLength = 0.0;  ///< world length between samples along a ray; 0 = the smallest spacing
+  Box domain;  ///< the whole domain: anchors the samples, so blocks agree
+  /// World depth between samples; 0 = the smallest spacing of the block. Blocks of one domain agree
+  /// only when they are marched with the same one.
+  double stepLength = 0.0;
   bool attenuation = true;
   bool length = true;  ///< with moment and runs
   bool mip = false;
-  bool reference = false;         ///< emission-absorption picture with `base`
-  bool phong = false;             ///< Blinn-Phong headlight on the reference
-  std::vector<double> isovalues;  ///< depth layers; any order
+  bool reference = false;  ///< emission-absorption picture with `base`
+  /// Blinn-Phong headlight on the reference: colour (0.3 + 0.7 |n·v|) + 0.2 |n·v|^32.
+  bool phong = false;
+  std::vector<double> isovalues{};  ///< depth layers; any order
 };
 
 /// What the rays of a view gathered in a block, or in several after compositing. Planes are
@@ -47,11 +51,11 @@ struct RayImage {
   int channels = 0;                  ///< of the partition
   std::vector<float> entry, exit;    ///< planar depth of the ray in the block; entry > exit = miss
   std::vector<float> attenuation;    ///< [channels] ∫_{f∈I_k} σ T ds
-  std::vector<float> transmittance;  ///< [1] T at the exit
+  std::vector<float> transmittance;  ///< [1] T at the exit; with attenuation or reference
   std::vector<float> length;         ///< [channels] ∫ 1[f∈I_k] ds, world
   std::vector<float> moment;         ///< [channels] ∫ Z 1[f∈I_k] ds
   std::vector<float> runs;           ///< [channels] separate runs
-  std::vector<std::uint8_t> first, last;  ///< [1] channel at entry and exit; 255 = miss
+  std::vector<std::uint8_t> first, last;  ///< [1] channel of the first and last run; 255 = miss
   std::vector<float> depth;               ///< [layers] planar Z of the first crossing, or +inf
   std::vector<float> normal;              ///< [layers * 3] unit, eye space, turned to the viewer
   std::vector<float> mip;                 ///< [1] largest value, field units; NaN = none
@@ -63,5 +67,11 @@ struct RayImage {
 /// MIP by min and max. Associative; `front` is nearer to the viewer on every ray. The arguments
 /// have the same size, channels and planes.
 void compositeUnder(RayImage& front, const RayImage& back);
+
+/// The indices of axis-aligned boxes with disjoint interiors, front to back for this camera: on
+/// every ray that meets two of them, the nearer one comes first. Boxes that tile a domain as
+/// simulations do always have such an order; where boxes hide one another in a ring, the ring is
+/// broken at the box that the fewest others hide.
+std::vector<std::size_t> visibilityOrder(std::span<const Box> boxes, const Camera& camera);
 
 }  // namespace vestige

@@ -17,7 +17,8 @@ class Marcher {
   ~Marcher();
 
   /// Fills samples [z0, z1) x all y x all x (x fastest) of the block, normalised by the partition
-  /// to be marched with: (f - b_0) / (b_L - b_0); no data = NaN. Called with ascending slabs.
+  /// to be marched with: (f - b_0) / (b_L - b_0); no data = NaN. Called with ascending slabs, on
+  /// the device's thread (a clean floating-point environment, signals blocked); may throw.
   using FillSlab = std::function<void(int z0, int z1, float* out)>;
 
   /// Uploads a block, slab by slab, replacing the one before. Throws Gl when it does not fit.

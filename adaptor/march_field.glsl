@@ -1,0 +1,114 @@
+#version 430 core
+// SPDX-License-Identifier: BSD-3-Clause
+// The samples of a block as a field over local space: (world - centre) / scale, with the centre and
+// the scale of the whole domain. Marcher puts this file, march_base.glsl and march.glsl together
+// and defines AXIS_X, AXIS_Y, AXIS_Z for axes whose nodes are not evenly spaced, and FILTER where
+// the device does not filter float textures in full precision.
+
+uniform sampler3D volume;
+uniform ivec3 nodeCount;
+uniform vec3 textureFromLocal, textureOrigin;  // even axes: coordinate = local * from + origin
+uniform sampler2D nodesX, nodesY, nodesZ;      // row 0: node, 1 / width, next node; row 1: guesses
+uniform vec3 guesses[3];                       // per axis: low, cells / length, cells
+uniform float scale;
+
+const float kGap = 3e38;      // stands for a sample without data
+const float kGapEdge = 2e38;  // everything above is such a sample
+const float kInfinity = uintBitsToFloat(0x7f800000u);
+
+#if defined(AXIS_X) || defined(AXIS_Y) || defined(AXIS_Z)
+#define UNEVEN
+#endif
+
+// Along an axis of uneven nodes: texture coordinate and its slope. A table of guesses names a node
+// at or before x; the search goes on from there.
+vec2 searchNodes(sampler2D nodes, vec3 guess, int count, float x) {
+  int cell = int(clamp((x - guess.x) * guess.y, 0.0, guess.z - 1.0));
+  int i = int(texelFetch(nodes, ivec2(cell, 1), 0).x);
+  vec4 node = texelFetch(nodes, ivec2(i, 0), 0);
+  while (x >= node.z && i < count - 2) {
+    ++i;
+    node = texelFetch(nodes, ivec2(i, 0), 0);
+  }
+  float u = clamp((x - node.x) * node.y, 0.0, 1.0);
+  return vec2(float(i) + u + 0.5, node.y) / float(count);
+}
+
+vec3 textureAt(vec3 local) {
+  vec3 t = local * textureFromLocal + textureOrigin;
+#ifdef AXIS_X
+  t.x = searchNodes(nodesX, guesses[0], nodeCount.x, local.x).x;
+#endif
+#ifdef AXIS_Y
+  t.y = searchNodes(nodesY, guesses[1], nodeCount.y, local.y).x;
+#endif
+#ifdef AXIS_Z
+  t.z = searchNodes(nodesZ, guesses[2], nodeCount.z, local.z).x;
+#endif
+  return t;
+}
+
+vec3 textureSlope(vec3 local) {
+  vec3 slope = textureFromLocal;
+#ifdef AXIS_X
+  slope.x = searchNodes(nodesX, guesses[0], nodeCount.x, local.x).y;
+#endif
+#ifdef AXIS_Y
+  slope.y = searchNodes(nodesY, guesses[1], nodeCount.y, local.y).y;
+#endif
+#ifdef AXIS_Z
+  slope.z = searchNodes(nodesZ, guesses[2], nodeCount.z, local.z).y;
+#endif
+  return slope;
+}
+
+// Trilinear (method §1); NaN where a neighbour has no data.
+float fieldAt(vec3 t) {
+#ifdef FILTER
+  vec3 x = clamp(t * vec3(nodeCount) - 0.5, vec3(0.0), vec3(nodeCount - 1));
+  ivec3 a = ivec3(x);
+  ivec3 b = min(a + 1, nodeCount - 1);
+  vec3 u = x - vec3(a);
+  vec4 low = vec4(texelFetch(volume, a, 0).x, texelFetch(volume, ivec3(b.x, a.yz), 0).x,
+                  texelFetch(volume, ivec3(a.x, b.y, a.z), 0).x,
+                  texelFetch(volume, ivec3(b.xy, a.z), 0).x);
+  vec4 high = vec4(texelFetch(volume, ivec3(a.xy, b.z), 0).x,
+                   texelFetch(volume, ivec3(b.x, a.y, b.z), 0).x,
+                   texelFetch(volume, ivec3(a.x, b.yz), 0).x, texelFetch(volume, b, 0).x);
+  vec4 plane = mix(low, high, u.z);
+  vec2 row = mix(plane.xy, plane.zw, u.y);
+  return mix(row.x, row.y, u.x);
+#else
+  return textureLod(volume, t, 0.0).x;
+#endif
+}
+
+float sampleAt(vec3 t) {
+  float f = fieldAt(t);
+  return f == f ? f : kGap;
+}
+
+// Central differences, one-sided at the border, in local units (method §1).
+vec3 gradientAt(vec3 local) {
+  vec3 voxel = 1.0 / vec3(nodeCount);
+  vec3 first = 0.5 * voxel, last = 1.0 - first;
+  vec3 t = clamp(textureAt(local), first, last);
+  vec3 a = max(t - voxel, first), b = min(t + voxel, last), run = b - a;
+  vec3 rise = vec3(fieldAt(vec3(b.x, t.yz)) - fieldAt(vec3(a.x, t.yz)),
+                   fieldAt(vec3(t.x, b.y, t.z)) - fieldAt(vec3(t.x, a.y, t.z)),
+                   fieldAt(vec3(t.xy, b.z)) - fieldAt(vec3(t.xy, a.z)));
+  return vec3(run.x > 0.0 ? rise.x / run.x : 0.0, run.y > 0.0 ? rise.y / run.y : 0.0,
+              run.z > 0.0 ? rise.z / run.z : 0.0) *
+         textureSlope(local);
+}
+
+// Unit normal of the level set in world space, turned to the viewer of a ray along `direction`;
+// straight at the viewer where the field has no slope or none that is known.
+vec3 normalAt(vec3 local, vec3 direction) {
+  vec3 toViewer = -normalize(direction);
+  vec3 g = gradientAt(local);
+  float steepest = max(abs(g.x), max(abs(g.y), abs(g.z)));
+  if (!(steepest > 0.0 && steepest < kInfinity && dot(g, g) == dot(g, g))) return toViewer;
+  vec3 n = normalize(g / steepest);
+  return dot(n, toViewer) < 0.0 ? -n : n;
+}

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <glm/mat3x3.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <vector>
+
+#include "adaptor/march_types.h"
+
+namespace vestige {
+
+/// Local space, in which rays are marched in single precision whatever the domain's size and place:
+/// (world - centre) / scale, and depth z = (Z - depthOrigin) / scale. The same for all blocks of a
+/// domain.
+struct MarchFrame {
+  glm::dvec3 centre{0.0};
+  double scale = 1.0;
+  double depthOrigin = 0.0;  ///< Z_0: the least planar depth of the domain's corners
+
+  MarchFrame(const Box& domain, const Camera& camera);
+  glm::dvec3 localFromWorld(glm::dvec3 world) const { return (world - centre) / scale; }
+};
+
+/// The ray through (x, y), both in [-1/2, 1/2] from the top left of the picture, in local space:
+/// origin (at z = 0) = [0] + x [1] + y [2], direction (per unit of z) likewise.
+struct MarchRays {
+  std::array<glm::vec3, 3> origin, direction;
+  float firstDepth;  ///< z of the camera plane; rays start there
+
+  MarchRays(const MarchFrame& frame, const Camera& camera, ImageSize size);
+};
+
+/// The base transfer function over normalised values, as march_base.glsl reads it.
+struct BaseTable {
+  int cells = 0;
+  float low = 0.0f, cellsPerValue = 1.0f;
+  /// Three rows of cells + 1: (∫ extinction, extinction * cell, half its rise), ∫ extinction *
+  /// colour, colour. Extinction is per local unit.
+  std::vector<glm::vec4> texels;
+
+  BaseTable(const TransferFunction& base, const IntervalPartition& partition, double scale);
+  /// ∫ extinction up to a normalised value.
+  float integral(float value) const;
+};
+
+/// The edges of all channels in ascending order of value: below, intervals, above, no data; x is
+/// the normalised value, y the integral of the base function up to it.
+std::vector<glm::vec2> channelEdges(const IntervalPartition& partition, const BaseTable* base);
+
+/// One axis of a block as march_field.glsl reads it.
+struct MarchAxis {
+  bool even = true;
+  float textureFromLocal = 0.0f, textureOrigin = 0.5f;  ///< of an even axis
+  glm::vec3 guess{0.0f};                                ///< of an uneven one
+  int width = 0;
+  std::vector<glm::vec4> texels;  ///< two rows of `width`: nodes, guesses
+
+  MarchAxis(const std::vector<double>& nodes, double centre, double scale);
+};
+
+/// World length between samples: the request's, or the block's smallest spacing. Throws
+/// InvalidArgument when that makes more than a million steps.
+double marchStep(const MarchRequest& request, const BlockGrid& grid);
+
+}  // namespace vestige

@@ -120,8 +120,9 @@ void storeHalves(const ProxyPart& part, const Channel& channel, StoredChannel& o
   const StorageScale scale{part.unit, part.zero};
   out.halves.resize(channel.values.size());
   for (std::size_t i = 0; i < out.halves.size(); ++i) {
-    float value = channel.values[i];
-    std::uint16_t bits = halfOf(scale.stored(value), scale.missingIsZero() && value != 0.0f);
+    const float value = channel.values[i];
+    if (std::bit_cast<std::uint32_t>(value) == 0) continue;  // most pixels; 0 is stored as 0 with any scale
+    const std::uint16_t bits = halfOf(scale.stored(value), scale.missingIsZero() && value != 0.0f);
     if ((bits & 0x7fff) == 0x7c00 && std::isfinite(value)) tooLarge(part, channel, value);
     out.halves[i] = bits;
   }

@@ -157,7 +157,10 @@ std::vector<Finding> repairArchive(const fs::path& directory) {
       auto [it, isNew] = rows.emplace(keyOf(row), row);
       if (isNew) continue;
       // Of two files of one row, the old table's; else the later one.
-      if (!inTable.count(it->second.exr)) std::swap(it->second, row);
+      auto rank = [&](const ArchiveRow& r) {
+        return std::pair(inTable.count(r.exr), generationOf(r.exr));
+      };
+      if (rank(row) > rank(it->second)) std::swap(it->second, row);
       leftOut.push_back(
           {row.exr, "'" + it->second.exr + "' is the same step, view, field and proxy"});
     } catch (const Error& e) {

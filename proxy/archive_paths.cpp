@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstdint>
 
 namespace vestige {
@@ -50,6 +51,15 @@ std::string stemFor(long cycle, const std::string& view, const std::string& fiel
   if (generation > 1) folder += fmt::format("-{}", generation);
   return fmt::format("{}/{}/{}.{}", folder, fileNameFor(view), fileNameFor(field),
                      fileNameFor(proxy));
+}
+
+int generationOf(const std::string& path) {
+  const std::string folder = path.substr(0, path.find('/'));
+  const std::size_t dash = folder.find('-');
+  int generation = 1;
+  if (dash != std::string::npos)
+    std::from_chars(folder.data() + dash + 1, folder.data() + folder.size(), generation);
+  return generation;
 }
 
 bool staysInside(const std::string& path) {

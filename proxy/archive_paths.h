@@ -17,6 +17,9 @@ inline constexpr const char* kTimingsName = "timings.csv";
 std::string stemFor(long cycle, const std::string& view, const std::string& field,
                     const std::string& proxy, int generation);
 
+/// The generation in a path made by stemFor(), 1 when there is none.
+int generationOf(const std::string& path);
+
 /// Whether a path of a table stays inside its archive: relative, and no "..".
 bool staysInside(const std::string& path);
 /// Whether a file reached through the archive really lies in it, symbolic links resolved.

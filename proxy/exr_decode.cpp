@@ -61,17 +61,32 @@ class FileStream : public Imf::IStream {
   }
   bool read(char c[], int n) override {
     if (n < 0 || at_ > size_ || std::uint64_t(n) > size_ - at_) refuse(path_, "it ends too early");
-    readAt(at_, std::size_t(n), c);
-    at_ += std::uint64_t(n);
+    const std::size_t count = std::size_t(n);
+    if (count > kAhead) {
+      readAt(at_, count, c);
+    } else {
+      // OpenEXR reads headers byte by byte.
+      if (at_ < aheadAt_ || at_ + count > aheadAt_ + ahead_.size()) {
+        ahead_.resize(std::size_t(std::min<std::uint64_t>(kAhead, size_ - at_)));
+        aheadAt_ = at_;
+        readAt(at_, ahead_.size(), ahead_.data());
+      }
+      std::copy_n(ahead_.data() + (at_ - aheadAt_), count, c);
+    }
+    at_ += count;
     return at_ < size_;
   }
   std::uint64_t tellg() override { return at_; }
   void seekg(std::uint64_t pos) override { at_ = pos; }
 
  private:
+  static constexpr std::size_t kAhead = 8192;
+
   std::filesystem::path path_;
   int fd_;
   std::uint64_t size_ = 0, at_ = 0;
+  std::vector<char> ahead_;
+  std::uint64_t aheadAt_ = 0;
 };
 
 }  // namespace

@@ -121,7 +121,8 @@ void storeHalves(const ProxyPart& part, const Channel& channel, StoredChannel& o
   out.halves.resize(channel.values.size());
   for (std::size_t i = 0; i < out.halves.size(); ++i) {
     const float value = channel.values[i];
-    if (std::bit_cast<std::uint32_t>(value) == 0) continue;  // most pixels; 0 is stored as 0 with any scale
+    if (std::bit_cast<std::uint32_t>(value) == 0)
+      continue;  // most pixels; 0 is stored as 0 with any scale
     const std::uint16_t bits = halfOf(scale.stored(value), scale.missingIsZero() && value != 0.0f);
     if ((bits & 0x7fff) == 0x7c00 && std::isfinite(value)) tooLarge(part, channel, value);
     out.halves[i] = bits;
@@ -304,7 +305,7 @@ std::vector<std::byte> encode(const ProxyImage& image, bool sparse) {
 
 }  // namespace
 
-std::vector<std::byte> encodeExr(const ProxyImage& image) {
+std::vector<std::byte> encodeExr(const ProxyImage& image, EmptyPixels empty) {
   validate(image);
   ensureExrThreads();
   std::uint64_t pictureBytes = 0;
@@ -312,6 +313,7 @@ std::vector<std::byte> encodeExr(const ProxyImage& image) {
     for (const Channel& c : part.channels)
       pictureBytes += image.header.size.pixels() * (c.storage == ChannelStorage::Half ? 2u : 4u);
   try {
+    if (empty == EmptyPixels::Store) return encode(image, false);
     std::vector<std::byte> bytes = encode(image, true);
     // A huge and nearly empty picture would look like a trap to readers: store every pixel then.
     if (!pictureFitsFile(pictureBytes, bytes.size())) bytes = encode(image, false);

@@ -11,10 +11,15 @@
 
 namespace vestige {
 
+/// What becomes of pixels and channels that hold nothing: Omit leaves out constant channels and
+/// what surrounds the others; Store writes all of them, for tools that know OpenEXR but not our
+/// attributes. Readers see no difference.
+enum class EmptyPixels { Omit, Store };
+
 /// Serialises a proxy image as a multi-part EXR (docs/archive-format.md). Deterministic: equal
 /// images give equal bytes. Throws InvalidArgument when a channel's size is not the picture's, a
-/// name is not [A-Za-z0-9_.+-]+, or a value does not fit its storage.
-std::vector<std::byte> encodeExr(const ProxyImage& image);
+/// name is not [A-Za-z0-9_.+-]+, a value does not fit its storage, or the header makes no sense.
+std::vector<std::byte> encodeExr(const ProxyImage& image, EmptyPixels empty = EmptyPixels::Omit);
 
 /// One EXR of an archive, opened lazily: the constructor reads headers only, `part` decodes one
 /// part. Throws Io when it cannot be read, Format with file and reason when it is not a proxy or

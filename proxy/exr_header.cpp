@@ -104,6 +104,16 @@ void requireFinite(const json& value) {
     finite("the base transfer function", value.get<double>());
 }
 
+/// What a reader would refuse must not be written.
+void requireReadable(const ProxyHeader& proxy) {
+  proxy.camera.validate();
+  try {
+    statisticsFromJson(toJson(proxy.statistics));
+  } catch (const Error& e) {
+    throw Error(ErrorCode::InvalidArgument, e.what());
+  }
+}
+
 /// Shortest text that reads back as the same float; locale-free.
 std::string textOf(float value) { return fmt::format("{}", value); }
 
@@ -200,6 +210,7 @@ std::vector<std::pair<std::string, std::string>> pairsFrom(const std::string& te
 }  // namespace
 
 void setProxyAttributes(Imf::Header& header, const ProxyHeader& proxy) {
+  requireReadable(proxy);
   AttributeWriter write(header);
   write.integer("vestige:schema", kSchemaVersion);
   write.text("vestige:kind", proxy.kind);

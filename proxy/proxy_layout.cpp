@@ -24,6 +24,7 @@ constexpr double kLengthSteps = 8192.0;  ///< per domain diagonal
 constexpr double kDepthLevels = 2046.0;  ///< of mean depth over the domain
 constexpr double kMostRuns = 2047.0;
 constexpr double kLayerDepthSteps = 0x1p20;  ///< per domain diagonal, at least
+constexpr double kMipSteps = 0x1p16;         ///< over the field's range, at least
 constexpr double kNormalSteps = 128.0;
 
 /// The nearest whole number that a half holds exactly as that many quanta.
@@ -218,10 +219,19 @@ ProxyImage depthImage(ProxyHeader header, std::span<const float> depth,
 ProxyImage mipImage(ProxyHeader header, std::span<const float> value) {
   header.kind = kind::kMip;
   requireSize("mip", value, 1, header.size);
-  Channel channel{"value", ChannelStorage::Float, {value.begin(), value.end()}};
-  for (float& v : channel.values)
-    if (std::isnan(v)) v = std::numeric_limits<float>::quiet_NaN();  // one NaN of the many
-  return {std::move(header), {{"mip", 1.0, 0.0, 0.0, {std::move(channel)}}}};
+  const double low = header.statistics.low, extent = header.statistics.high - low;
+  const bool round = std::isfinite(extent) && extent > 0.0;
+  // A power of two, as for depths; what float cannot resolve is left alone.
+  const double step = round ? std::exp2(std::floor(std::log2(extent / kMipSteps))) : 0.0;
+  Channel channel = channelOf("value", ChannelStorage::Float, value.size());
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    if (std::isnan(value[i]))
+      channel.values[i] = std::numeric_limits<float>::quiet_NaN();  // one NaN of the many
+    else
+      channel.values[i] =
+          step > 0.0 ? float(std::nearbyint(double(value[i]) / step) * step) : value[i];
+  }
+  return {std::move(header), {{"mip", 1.0, 0.0, 0.5 * step, {std::move(channel)}}}};
 }
 
 ProxyImage referenceImage(ProxyHeader header, std::span<const float> rgb,

@@ -26,12 +26,13 @@ ProxyImage lengthImage(ProxyHeader header, std::span<const float> length,
                        std::span<const float> moment, std::span<const float> runs);
 
 /// One layer for each of header.isovalues: planar depth Z (+inf = no hit) to 2^-20 of the domain's
-/// diagonal, and unit normals in steps of 1/127 (planes nx, ny, nz of layer 0, then of layer 1
+/// diagonal, and unit normals in steps of 1/128 (planes nx, ny, nz of layer 0, then of layer 1
 /// ...).
 ProxyImage depthImage(ProxyHeader header, std::span<const float> depth,
                       std::span<const float> normal);
 
-/// Largest value along the ray in the field's units, NaN = none; not rounded.
+/// Largest value along the ray in the field's units, NaN = none; to 2^-16 of the range that
+/// header.statistics gives, or not rounded when that is empty.
 ProxyImage mipImage(ProxyHeader header, std::span<const float> value);
 
 /// Premultiplied linear RGB (three planes) and A = 1 - T; step 2^-12 below one half, 2^-11 above.

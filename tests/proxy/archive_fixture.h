@@ -46,7 +46,9 @@ inline std::string contents(const fs::path& path) {
   return out.str();
 }
 inline void overwrite(const fs::path& path, std::string_view text) {
-  std::ofstream(path, std::ios::binary | std::ios::trunc) << text;
+  fs::remove(
+      path);  // a new file: ext4 writes one that is truncated and filled again to disk at once
+  std::ofstream(path, std::ios::binary) << text;
 }
 
 /// Expects an Error of this code whose sentence has these words.

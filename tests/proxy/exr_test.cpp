@@ -170,6 +170,15 @@ TEST(Exr, AWhollyEmptyPictureSurvivesAndIsTiny) {
   expectSame(attenuationImage(h, zero, one), throughFile(attenuationImage(h, zero, one)));
 }
 
+TEST(Exr, StoringEmptyPixelsChangesTheFileButNothingThatIsRead) {
+  Folder folder;
+  for (const ProxyImage& image : someImages(someHeader())) {
+    writeDurably(folder / "a.exr", encodeExr(image, EmptyPixels::Store));
+    expectSame(image, ExrFile(folder / "a.exr").image());
+    EXPECT_GE(fs::file_size(folder / "a.exr"), encodeExr(image).size());
+  }
+}
+
 TEST(Exr, ASinglePixelSurvives) {
   ProxyHeader h = someHeader({1, 1});
   for (const ProxyImage& image : someImages(h)) expectSame(image, throughFile(image));
@@ -207,6 +216,8 @@ TEST(Exr, WhatCannotBeStoredIsRefusedByName) {
   refused("field name is empty", [](auto& i) { i.header.field.clear(); });
   refused("40000 x 1", [](auto& i) { i.header.size = {40000, 1}; });
   refused("nan", [](auto& i) { i.header.time = NAN; });
+  refused("exceeds count", [](auto& i) { i.header.statistics.noData = 2000; });
+  refused("nan", [](auto& i) { i.header.camera.position.x = NAN; });
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
-#include <optional>
 
 #include "proxy/durable_file.h"
 #include "proxy/proxy_check.h"
@@ -213,31 +212,66 @@ TEST_F(ArchiveCheck, AFolderThatIsNoneCannotBeRepaired) {
   expectError(ErrorCode::NotFound, "nowhere", [&] { repairArchive(folder_ / "nowhere"); });
 }
 
-/// What a program of the openexr package says of a file; nullopt when it is not installed.
-std::optional<std::string> output(const std::string& program, const fs::path& path) {
-  if (std::system(("command -v " + program + " > /dev/null 2>&1").c_str()) != 0)
-    return std::nullopt;
-  std::FILE* pipe = ::popen((program + " '" + path.string() + "' 2>&1").c_str(), "r");
+/// What a command prints; it must succeed.
+std::string outputOf(const std::string& command) {
+  std::FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
   std::string text;
   std::array<char, 4096> buffer;
   while (std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
     text.append(buffer.data(), n);
-  EXPECT_EQ(::pclose(pipe), 0) << program << ": " << text;
+  EXPECT_EQ(::pclose(pipe), 0) << command << ": " << text;
   return text;
 }
 
+bool installed(const std::string& program) {
+  return std::system(("command -v " + program + " > /dev/null 2>&1").c_str()) == 0;
+}
+
 TEST_F(ArchiveCheck, OpenExrsOwnProgramsReadTheFiles) {
-  bool any = false;
+  if (!installed("exrheader") || !installed("exrinfo"))
+    GTEST_SKIP() << "the programs of the openexr package are not installed";
   for (const ArchiveRow& row : archive_->rows()) {
-    if (auto text = output("exrheader", path_ / row.exr)) {
-      any = true;
-      EXPECT_NE(text->find("vestige:field (type string): \"temperature\""), std::string::npos);
-      EXPECT_NE(text->find("worldToCamera (type m44f)"), std::string::npos);
-      EXPECT_NE(text->find("owner (type string): \"somebody\""), std::string::npos);
-    }
-    if (auto text = output("exrinfo", path_ / row.exr)) any = true;
+    const std::string path = "'" + (path_ / row.exr).string() + "'";
+    const std::string text = outputOf("exrheader " + path);
+    EXPECT_NE(text.find("vestige:field (type string): \"temperature\""), std::string::npos);
+    EXPECT_NE(text.find("worldToCamera (type m44f)"), std::string::npos);
+    EXPECT_NE(text.find("owner (type string): \"somebody\""), std::string::npos);
+    outputOf("exrinfo " + path);
   }
-  if (!any) GTEST_SKIP() << "the programs of the openexr package are not installed";
+}
+
+TEST_F(ArchiveCheck, TheReaderOfTheFormatPageReadsTheSameValues) {
+  if (!installed("python3")) GTEST_SKIP() << "python3 is not installed";
+  const std::string page = contents(fs::path(VESTIGE_SOURCE_DIR) / "docs/archive-format.md");
+  const std::string open = "```python\n";
+  const std::size_t begin = page.find(open) + open.size(), end = page.find("```", begin);
+  ASSERT_NE(end, std::string::npos);
+  overwrite(folder_ / "reader.py", page.substr(begin, end - begin));
+  overwrite(folder_ / "all.py",
+            "import sys, reader\n"
+            "for part in sys.argv[2:]:\n"
+            "    for channel, rows in reader.read(sys.argv[1], part).items():\n"
+            "        print(part, channel, *sum(rows, []))\n");
+  for (const char* proxy : {"attenuation", "length", "depth", "mip", "reference"}) {
+    const ProxyImage mine = image(proxy);
+    std::string command = "cd '" + folder_.path().string() + "' && python3 all.py '" +
+                          (path_ / file(10, proxy, "exr")).string() + "'";
+    for (const ProxyPart& part : mine.parts) command += " " + part.name;
+    std::istringstream lines(outputOf(command));
+    for (const ProxyPart& part : mine.parts)
+      for (const Channel& channel : part.channels) {
+        std::string partName, channelName, number;
+        lines >> partName >> channelName;
+        EXPECT_EQ(partName + "." + channelName, part.name + "." + channel.name);
+        for (float value : channel.values) {
+          lines >> number;
+          const float read = std::strtof(number.c_str(), nullptr);
+          ASSERT_TRUE(read == value || (std::isnan(read) && std::isnan(value)))
+              << proxy << "." << part.name << "." << channel.name << ": " << number << ", "
+              << value;
+        }
+      }
+  }
 }
 
 }  // namespace

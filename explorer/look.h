@@ -17,8 +17,10 @@ enum class Shading { None, Phong };
 /// Which proxy recomposes the picture at a stored view (method §2 "opacity change").
 enum class Via { Auto, Length, Attenuation };
 /// How the pieces of a ray are put in order: by mean depth, or by the runs that the stored counts,
-/// lengths and mean depths allow to be reconstructed (docs/exploring.md "Order").
-enum class Order { Runs, Mean };
+/// lengths and mean depths allow to be reconstructed (docs/exploring.md "Order"). Runs are truer
+/// and take longer: auto reconstructs them for views of at most kRunsPixels pixels.
+enum class Order { Auto, Runs, Mean };
+inline constexpr std::size_t kRunsPixels = 512 * 512;
 enum class NormalSource { Stored, Depth };
 /// What the picture is made of: the intervals (volume) or warped depth layers; MIP; the run's own
 /// reference rendering. Auto: volume at a stored view, layers when rotated.
@@ -82,7 +84,7 @@ struct Look {
   std::vector<double> factors;  ///< empty: all 1; else one an interval
 
   Via via = Via::Auto;
-  Order order = Order::Runs;
+  Order order = Order::Auto;
   Shading shading = Shading::None;
   NormalSource normals = NormalSource::Stored;
   std::vector<Light> lights;  ///< empty: one at 30, 30

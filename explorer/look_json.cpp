@@ -16,7 +16,7 @@ using Names = std::vector<std::pair<const char*, Enum>>;
 const Names<Shading> kShadings{{"none", Shading::None}, {"phong", Shading::Phong}};
 const Names<Via> kVias{
     {"auto", Via::Auto}, {"length", Via::Length}, {"attenuation", Via::Attenuation}};
-const Names<Order> kOrders{{"runs", Order::Runs}, {"mean", Order::Mean}};
+const Names<Order> kOrders{{"auto", Order::Auto}, {"runs", Order::Runs}, {"mean", Order::Mean}};
 const Names<NormalSource> kNormals{{"stored", NormalSource::Stored},
                                    {"depth", NormalSource::Depth}};
 const Names<Source> kSources{{"auto", Source::Auto},

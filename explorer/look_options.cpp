@@ -72,7 +72,7 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
   command.add_option("--colormap", colormap_, "Colour map by name; _r reverses");
   command.add_option("--color-range", colorRange_, "LOW,HIGH of the colour map");
   command.add_option("--via", via_, "auto, length, attenuation");
-  command.add_option("--order", order_, "runs, mean");
+  command.add_option("--order", order_, "auto, runs, mean");
   command.add_option("--light", lights_, "Light from AZ,EL[,INTENSITY]; may be repeated");
   command.add_option("--shading", shading_, "none, phong");
   command.add_option("--normals", normals_, "stored, depth");

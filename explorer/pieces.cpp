@@ -2,6 +2,7 @@
 #include "explorer/pieces.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <mutex>
@@ -18,9 +19,10 @@ struct Chunk {
   std::vector<std::uint32_t> entries;
 };
 
-/// Builds lists with `fill(pixel, pieces)`, which gets an empty vector, on all cores.
-template <typename Fill>
-PieceLists buildLists(ImageSize size, double unit, const Fill& fill) {
+/// Builds lists on all cores: each thread makes itself a worker, calls `worker.startRow()` for each
+/// row and `worker.fill(pixel, pieces)`, which gets an empty vector, for each of its pixels.
+template <typename MakeWorker>
+PieceLists buildLists(ImageSize size, double unit, const MakeWorker& makeWorker) {
   PieceLists lists;
   lists.size = size;
   lists.unit = unit;
@@ -32,10 +34,12 @@ PieceLists buildLists(ImageSize size, double unit, const Fill& fill) {
     Chunk chunk{begin, end, {}};
     chunk.entries.reserve(std::size_t(end - begin) * std::size_t(size.width) * 6);
     std::vector<Piece> pieces;
+    auto worker = makeWorker();
     for (std::size_t i = std::size_t(begin) * std::size_t(size.width);
          i < std::size_t(end) * std::size_t(size.width); ++i) {
       pieces.clear();
-      fill(i, pieces);
+      if (i % std::size_t(size.width) == 0) worker.startRow();
+      worker.fill(i, pieces);
       lists.first[i] = pieces.empty() ? PieceLists::kNone : std::uint32_t(chunk.entries.size());
       for (const Piece& piece : pieces) {
         chunk.entries.push_back(halfBits(piece.amount * scale) |
@@ -64,7 +68,67 @@ PieceLists buildLists(ImageSize size, double unit, const Fill& fill) {
   return lists;
 }
 
+class LengthWorker {
+ public:
+  LengthWorker(const LengthPlanes& planes, Order order)
+      : planes_(planes),
+        order_(resolvedOrder(order, planes.header.size)),
+        orderer_(planes.partition()) {}
+
+  void startRow() { orderer_.startRow(); }
+  void fill(std::size_t i, std::vector<Piece>& pieces) {
+    std::array<RayInterval, IntervalPartition::kMaxIntervals + 3> ray;
+    std::size_t count = 0;
+    // No data is transparent: never a piece.
+    for (int k = 0; k < planes_.partition().noData(); ++k) {
+      const auto c = std::size_t(k);
+      if (planes_.length[c].empty()) continue;
+      const float length = planes_.length[c][i];
+      if (!(length > 0.0f)) continue;
+      const float runs = planes_.runs[c].empty() ? 1.0f : planes_.runs[c][i];
+      const float depth = planes_.depth[c].empty() ? 0.0f : planes_.depth[c][i];
+      ray[count++] = {k, length, depth, std::max(1, int(std::lround(runs)))};
+    }
+    if (order_ == Order::Mean) {
+      orderByMeanDepth({ray.data(), count}, pieces);
+    } else {
+      orderer_.order({ray.data(), count}, pieces);
+    }
+  }
+
+ private:
+  const LengthPlanes& planes_;
+  Order order_;
+  RunOrderer orderer_;
+};
+
+struct AttenuationWorker {
+  const AttenuationPlanes& planes;
+  std::span<const int> order;
+
+  void startRow() {}
+  void fill(std::size_t i, std::vector<Piece>& pieces) const {
+    constexpr double kDeepest = 60.0;  // 1 - A below 1e-26 is opaque whatever the factor
+    double left = 1.0;
+    for (int k : order) {
+      const Plane& plane = planes.attenuation[std::size_t(k)];
+      const double a = plane.empty() ? 0.0 : double(plane[i]);
+      if (!(a > 0.0) || left <= 0.0) continue;
+      const double after = std::max(left - a, 0.0);
+      const double depth = after > 0.0 ? std::min(std::log(left / after), kDeepest) : kDeepest;
+      pieces.push_back({k, float(depth), true});
+      left = after;
+    }
+    if (pieces.size() == 1) pieces.front().ambiguous = false;
+  }
+};
+
 }  // namespace
+
+Order resolvedOrder(Order order, ImageSize size) {
+  if (order != Order::Auto) return order;
+  return size.pixels() <= kRunsPixels ? Order::Runs : Order::Mean;
+}
 
 std::uint16_t halfBits(float value) {
   if (!(value > 0.0f)) return 0;
@@ -94,25 +158,7 @@ std::vector<Piece> PieceLists::at(std::size_t pixel) const {
 }
 
 PieceLists piecesFromLength(const LengthPlanes& planes, Order order) {
-  const int channels = planes.partition().noData();  // no data is transparent: never a piece
-  return buildLists(planes.header.size, planes.unit, [&](std::size_t i, std::vector<Piece>& out) {
-    RayInterval ray[IntervalPartition::kMaxIntervals + 3];
-    int count = 0;
-    for (int k = 0; k < channels; ++k) {
-      const auto c = std::size_t(k);
-      if (planes.length[c].empty()) continue;
-      const float length = planes.length[c][i];
-      if (!(length > 0.0f)) continue;
-      const float runs = planes.runs[c].empty() ? 1.0f : planes.runs[c][i];
-      const float depth = planes.depth[c].empty() ? 0.0f : planes.depth[c][i];
-      ray[count++] = {k, length, depth, std::max(1, int(std::lround(runs)))};
-    }
-    if (order == Order::Mean) {
-      orderByMeanDepth({ray, std::size_t(count)}, out);
-    } else {
-      orderByRuns({ray, std::size_t(count)}, planes.partition(), out);
-    }
-  });
+  return buildLists(planes.header.size, planes.unit, [&] { return LengthWorker(planes, order); });
 }
 
 std::vector<int> nestedOrder(const IntervalPartition& partition) {
@@ -123,20 +169,7 @@ std::vector<int> nestedOrder(const IntervalPartition& partition) {
 }
 
 PieceLists piecesFromAttenuation(const AttenuationPlanes& planes, std::span<const int> order) {
-  constexpr double kDeepest = 60.0;  // 1 - A below 1e-26 is opaque whatever the factor
-  return buildLists(planes.header.size, 1.0, [&](std::size_t i, std::vector<Piece>& out) {
-    double left = 1.0;
-    for (int k : order) {
-      const Plane& plane = planes.attenuation[std::size_t(k)];
-      const double a = plane.empty() ? 0.0 : double(plane[i]);
-      if (!(a > 0.0) || left <= 0.0) continue;
-      const double after = std::max(left - a, 0.0);
-      const double depth = after > 0.0 ? std::min(std::log(left / after), kDeepest) : kDeepest;
-      out.push_back({k, float(depth), true});
-      left = after;
-    }
-    if (out.size() == 1) out.front().ambiguous = false;
-  });
+  return buildLists(planes.header.size, 1.0, [&] { return AttenuationWorker{planes, order}; });
 }
 
 }  // namespace vestige

@@ -39,8 +39,11 @@ struct PieceLists {
   std::vector<Piece> at(std::size_t pixel) const;
 };
 
+/// What Order::Auto means for a view of this size.
+Order resolvedOrder(Order order, ImageSize size);
+
 /// From opacity lengths: the pieces of each ray by increasing mean depth (Order::Mean), or along
-/// the runs reconstructed by run_order.h (Order::Runs).
+/// the runs reconstructed by run_order.h (Order::Runs; Order::Auto: see resolvedOrder).
 PieceLists piecesFromLength(const LengthPlanes& planes, Order order);
 
 /// From accumulated attenuation, in one global order of channels (nested surfaces, outside first):

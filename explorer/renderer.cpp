@@ -183,7 +183,8 @@ Via Renderer::Impl::viaOf(const Look& look, ViewData& view, Rendered& out) const
   }
   out.notes.push_back(
       std::string("length answers: any opacity is exact for each interval; order ") +
-      (look.order == Order::Mean ? "by mean depth" : "along reconstructed runs"));
+      (resolvedOrder(look.order, view.header().size) == Order::Mean ? "by mean depth"
+                                                                    : "along reconstructed runs"));
   return Via::Length;
 }
 

@@ -61,7 +61,8 @@ const LengthPlanes& ViewData::lengths() {
 
 const PieceTextures& ViewData::pieces(Via via, Order order) {
   // Attenuation has one global order, whatever is asked for.
-  const std::pair key{via, via == Via::Attenuation ? Order::Mean : order};
+  const std::pair key{via,
+                      via == Via::Attenuation ? Order::Mean : resolvedOrder(order, header_.size)};
   auto& textures = pieces_[key];
   if (textures) return *textures;
   if (via == Via::Attenuation) {

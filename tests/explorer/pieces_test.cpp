@@ -50,7 +50,7 @@ TEST(PiecesFromLength, KeepTheLengthOfEveryChannelInEveryOrder) {
   }
 }
 
-TEST(PiecesFromLength, DISABLED_FollowTheRunsOfNestedShells) {
+TEST(PiecesFromLength, FollowTheRunsOfNestedShells) {
   const ProxyImage proxy = synthetic::lengthProxy(kSize);
   const PieceLists lists = piecesFromLength(lengthPlanes(proxy), Order::Runs);
   for (int y = 0; y < kSize.height; ++y) {

@@ -103,13 +103,13 @@ TEST(Edit, RefusesATableThatIsTooLong) {
   }
 }
 
-TEST_F(Rendering, DISABLED_RecomposesNestedShellsExactly) {
+TEST_F(Rendering, RecomposesNestedShellsExactly) {
   const ProxyHeader header = synthetic::header(kind::kLength, kSize);
   const Picture expected = truth(tableForLength(header.base->onIntervals(*header.partition)));
   EXPECT_LT(largestDifference(picture(transparentLook()), expected), 1.0 / 255.0);
 }
 
-TEST_F(Rendering, DISABLED_FollowsAnEditOfOpacityAndColour) {
+TEST_F(Rendering, FollowsAnEditOfOpacityAndColour) {
   Look look = transparentLook();
   look.opacity = std::vector<OpacityPoint>{{0.0, 0.0}, {0.3, 0.2}, {0.5, 0.0}, {0.9, 0.8}};
   look.colormap = "coolwarm";

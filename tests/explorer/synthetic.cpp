@@ -94,6 +94,7 @@ std::vector<Piece> truePieces(const ProxyHeader& head, int x, int y) {
   for (std::size_t i = 0; i < channels.size(); ++i) {
     const bool innermost = i + 1 == channels.size() || half[i + 1] == 0.0;
     const double length = half[i] - (innermost ? 0.0 : half[i + 1]);
+    if (length < 1e-6) continue;  // the ray touches the box where the sphere does
     if (innermost) {
       pieces.push_back({channels[i], float(2.0 * length), false});
       break;

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -97,6 +99,19 @@ int call(vestige_session* session, const Work& work) noexcept {
   });
 }
 
+/// Image libraries keep a pool of threads for the life of the process: a child that is forked after
+/// the first session would wait for threads that it does not have.
+void refuseForkedProcess() {
+  static std::atomic<pid_t> first{0};
+  pid_t expected = 0;
+  const pid_t self = ::getpid();
+  if (!first.compare_exchange_strong(expected, self) && expected != self) {
+    failArgument(
+        "this process was forked from one that had opened a session: fork first, or "
+        "execute a program of its own");
+  }
+}
+
 bool isDisabled() {
   const char* value = std::getenv("VESTIGE_DISABLE");
   return value && *value && std::strcmp(value, "0") != 0;
@@ -148,6 +163,7 @@ void open(vestige_session& session, const vestige_options* given) {
   const char* record = std::getenv("VESTIGE_RECORD");
   const std::string recordDirectory = record ? record : "";
 
+  refuseForkedProcess();
   session.worker = std::make_unique<vestige::Worker>();
   session.worker->run([&] {
     if (!file.empty()) text = vestige::readTextFile(file);

@@ -68,7 +68,6 @@ struct TriggerConfig {
 struct Config {
   std::string output = "vestige.cdb";
   ExistingArchive existing = ExistingArchive::Refuse;
-  bool previews = true;
   glm::dvec3 background{0.0};  ///< of previews, sRGB
   bool transparentBackground = false;
   std::string note;

@@ -17,8 +17,7 @@ DryRunReport dryRunReport(const StepFrame& frame, const std::vector<StepProxy>& 
   std::map<std::pair<std::string, std::string>, std::size_t> bytes;
   std::size_t sum = 0;
   for (const auto& proxy : proxies) {
-    std::size_t size = encodeExr(proxy.image).size();
-    if (!proxy.preview.rgba.empty()) size += encodePng(proxy.preview).size();
+    const std::size_t size = encodeExr(proxy.image).size() + encodePng(proxy.preview).size();
     bytes[{proxy.image.header.field, proxy.image.header.kind}] += size;
     sum += size;
   }

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "adaptor/adaptor_error.h"
-#include "adaptor/composite.h"
 #include "adaptor/preview.h"
 #include "adaptor/stopwatch.h"
 #include "proxy/proxy_layout.h"
@@ -57,10 +56,8 @@ std::vector<StepProxy> pack(const Config& config, const ProxyHeader& header, con
   std::vector<StepProxy> proxies;
   const PreviewStyle style{config.background, config.transparentBackground, threads};
   const auto add = [&](ProxyImage image) {
-    auto& proxy = proxies.emplace_back(StepProxy{std::move(image), {}});
-    if (config.previews) {
-      proxy.preview = preview(proxy.image.header.kind, rays, classification, style);
-    }
+    auto picture = preview(image.header.kind, rays, classification, style);
+    proxies.push_back({std::move(image), std::move(picture)});
   };
   auto partitioned = header;
   partitioned.partition = classification.partition;

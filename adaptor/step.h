@@ -30,7 +30,7 @@ struct StepFrame {
   std::string provenance;
 };
 
-/// A proxy and its preview (if the configuration wants previews).
+/// A proxy and its preview.
 struct StepProxy {
   ProxyImage image;
   Raster preview;

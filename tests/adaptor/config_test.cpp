@@ -41,7 +41,6 @@ dry_run = true
 [output]
 path = "a.cdb"
 existing = "append"
-previews = false
 background = [1, 0.5, 0]
 note = "a note"
 [gl]
@@ -97,7 +96,6 @@ isovalues = "bounds"
   EXPECT_TRUE(config.dryRun);
   EXPECT_EQ(config.output, "a.cdb");
   EXPECT_EQ(config.existing, ExistingArchive::Append);
-  EXPECT_FALSE(config.previews);
   EXPECT_EQ(config.background, glm::dvec3(1.0, 0.5, 0.0));
   EXPECT_EQ(config.note, "a note");
   EXPECT_EQ(config.glBackend, "egl");

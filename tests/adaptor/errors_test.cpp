@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Every code of the C API, provoked through it. INTERNAL is a fault of ours by definition:
-// error_code_test.cpp covers its conversion. NO_GL and MEMORY are in hosts_test.cpp.
+// error_code_test.cpp covers its conversion. NO_GL is in no_gl_test.cpp, MEMORY in
+// hosts_test.cpp.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -302,22 +302,6 @@ TEST(Hosts, ArchiveFolderRemovedWhileRunningIsReportedAndSurvived) {
             "");
 }
 
-TEST(Hosts, WithoutAnyOpenGlAreToldSo) {
-  // dlopen needs a file descriptor; a dry run needs none before it.
-  EXPECT_EQ(inChild([]() -> std::string {
-              rlimit limit{};
-              getrlimit(RLIMIT_NOFILE, &limit);
-              limit.rlim_cur = 3;
-              setrlimit(RLIMIT_NOFILE, &limit);
-              Simulation run("unused.cdb", "dry_run = true\n");
-              if (run.opened != VESTIGE_ERROR_NO_GL) {
-                return vestige_code_name(run.opened) + (": " + run.error());
-              }
-              return run.error().size() > 10 ? "" : "no reason is given";
-            }),
-            "");
-}
-
 TEST(Hosts, OutOfMemoryAreToldSo) {
   EXPECT_EQ(inChild([]() -> std::string {
               const Folder folder;

@@ -25,7 +25,8 @@ struct ArchiveRow {
 };
 
 /// Throws InvalidArgument naming `what` and the name unless a table cell can hold it: not empty, no
-/// comma, quote, line break or other control character, no space at either end, not a number.
+/// comma, quote, line break or other control character, no space at either end, not a number, at
+/// most 255 bytes.
 void validateName(const char* what, const std::string& name);
 
 enum class ExistingArchive { Refuse, Append, Overwrite };
@@ -101,7 +102,8 @@ class Archive {
   /// The row, or nullptr.
   const ArchiveRow* find(long cycle, const std::string& view, const std::string& field,
                          std::string_view proxy) const;
-  /// Opens the EXR of a row (headers only).
+  /// Opens the EXR of a row (headers only). Throws as ExrFile, and Format when the file is a
+  /// symbolic link or is reached by one that leaves the archive.
   ExrFile open(const ArchiveRow& row) const;
 
  private:

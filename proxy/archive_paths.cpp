@@ -63,8 +63,12 @@ int generationOf(const std::string& path) {
 }
 
 bool staysInside(const std::string& path) {
+  constexpr std::size_t kLongest = 1024;
+  if (path.empty() || path.size() > kLongest) return false;
+  for (unsigned char c : path)
+    if (c < 0x20 || c == 0x7f) return false;
   fs::path p(path);
-  if (path.empty() || p.is_absolute()) return false;
+  if (p.is_absolute()) return false;
   return std::none_of(p.begin(), p.end(), [](const fs::path& piece) { return piece == ".."; });
 }
 

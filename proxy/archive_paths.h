@@ -20,7 +20,8 @@ std::string stemFor(long cycle, const std::string& view, const std::string& fiel
 /// The generation in a path made by stemFor(), 1 when there is none.
 int generationOf(const std::string& path);
 
-/// Whether a path of a table stays inside its archive: relative, and no "..".
+/// Whether a path of a table stays inside its archive: relative, no "..", no control character, at
+/// most 1024 bytes.
 bool staysInside(const std::string& path);
 /// Whether a file reached through the archive really lies in it, symbolic links resolved.
 bool liesInside(const std::filesystem::path& directory, const std::string& path);

@@ -68,6 +68,12 @@ const ArchiveRow* Archive::find(long cycle, const std::string& view, const std::
   return nullptr;
 }
 
-ExrFile Archive::open(const ArchiveRow& row) const { return ExrFile(directory_ / row.exr); }
+ExrFile Archive::open(const ArchiveRow& row) const {
+  std::error_code failed;
+  if (std::filesystem::exists(directory_ / row.exr, failed) && !liesInside(directory_, row.exr))
+    throw Error(ErrorCode::Format,
+                "'" + (directory_ / row.exr).string() + "' is a link or leaves the archive");
+  return ExrFile(directory_ / row.exr);
+}
 
 }  // namespace vestige

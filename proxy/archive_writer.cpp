@@ -96,7 +96,8 @@ void ArchiveWriter::lock() {
 
 void ArchiveWriter::takeOver(ExistingArchive policy) {
   const fs::path table = directory_ / kTableName;
-  if (!fs::exists(table)) {
+  std::error_code failed;
+  if (!fs::exists(fs::symlink_status(table, failed))) {
     if (!isFresh(directory_))
       throw Error(
           ErrorCode::Exists,
@@ -133,7 +134,10 @@ void ArchiveWriter::recover() {
   std::vector<ArchiveRow> kept;
   std::size_t keptEarlier = 0;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (!fs::exists(directory_ / rows_[i].exr) || !fs::exists(directory_ / rows_[i].png)) continue;
+    std::error_code failed;
+    if (!fs::exists(directory_ / rows_[i].exr, failed) ||
+        !fs::exists(directory_ / rows_[i].png, failed))
+      continue;
     kept.push_back(rows_[i]);
     if (i < earlier_) ++keptEarlier;
   }

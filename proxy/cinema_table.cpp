@@ -31,6 +31,9 @@ bool parse(std::string_view text, Number& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
+/// The beginning of a cell, for a message.
+std::string_view excerpt(std::string_view cell) { return cell.substr(0, 80); }
+
 [[noreturn]] void damaged(std::size_t line, const std::string& reason) {
   throw Error(ErrorCode::Format, fmt::format("line {} of {}: {}", line, kTableName, reason));
 }
@@ -53,9 +56,9 @@ ArchiveRow rowFrom(std::string_view line, std::size_t number) {
   ArchiveRow row;
   if (!parse(cells[0], row.time) || !std::isfinite(row.time) ||
       cells[0].find('.') == std::string_view::npos)
-    damaged(number, fmt::format("time '{}' is no number with a point", cells[0]));
+    damaged(number, fmt::format("time '{}' is no number with a point", excerpt(cells[0])));
   if (!parse(cells[1], row.cycle) || row.cycle < 0)
-    damaged(number, fmt::format("cycle '{}' is no number >= 0", cells[1]));
+    damaged(number, fmt::format("cycle '{}' is no number >= 0", excerpt(cells[1])));
   row.view = cells[2], row.field = cells[3], row.proxy = cells[4];
   row.exr = cells[5], row.png = cells[6];
   try {
@@ -67,7 +70,7 @@ ArchiveRow rowFrom(std::string_view line, std::size_t number) {
   }
   for (const std::string* path : {&row.exr, &row.png})
     if (!staysInside(*path) || path->find('"') != std::string::npos)
-      damaged(number, fmt::format("file '{}' does not lie inside the archive", *path));
+      damaged(number, fmt::format("file '{}' does not lie inside the archive", excerpt(*path)));
   return row;
 }
 
@@ -75,10 +78,13 @@ ArchiveRow rowFrom(std::string_view line, std::size_t number) {
 
 void validateName(const char* what, const std::string& name) {
   auto refuse = [&](const char* reason) {
-    throw Error(ErrorCode::InvalidArgument,
-                fmt::format("{} name '{}' cannot be in a Cinema table: {}", what, name, reason));
+    throw Error(
+        ErrorCode::InvalidArgument,
+        fmt::format("{} name '{}' cannot be in a Cinema table: {}", what, excerpt(name), reason));
   };
+  constexpr std::size_t kLongest = 255;
   if (name.empty()) refuse("it is empty");
+  if (name.size() > kLongest) refuse("it is longer than 255 bytes");
   if (name.front() == ' ' || name.back() == ' ') refuse("it begins or ends with a space");
   for (unsigned char c : name) {
     if (c == ',' || c == '"') refuse("it has a comma or a quote");

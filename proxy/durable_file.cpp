@@ -177,12 +177,15 @@ void createFoldersDurably(const fs::path& folder) {
   }
 }
 
-std::vector<std::byte> readBytes(const fs::path& path) {
-  Descriptor fd(path, O_RDONLY);
+std::vector<std::byte> readBytes(const fs::path& path, std::size_t most) {
+  Descriptor fd(path, O_RDONLY | O_NONBLOCK);  // a pipe without a writer must not hang
   if (!fd.ok()) fail("open", path, errno);
   struct stat status;
   if (::fstat(fd.get(), &status) != 0) fail("examine", path, errno);
   if (!S_ISREG(status.st_mode)) fail("read", path, S_ISDIR(status.st_mode) ? EISDIR : EINVAL);
+  if (std::uint64_t(status.st_size) > most)
+    throw Error(ErrorCode::Format, "'" + path.string() + "' has " + std::to_string(status.st_size) +
+                                       " bytes, more than " + std::to_string(most));
   std::vector<std::byte> bytes(std::size_t(status.st_size));
   std::size_t got = 0;
   while (got < bytes.size()) {

@@ -22,8 +22,9 @@ void appendDurably(const std::filesystem::path& path, std::string_view text,
 void truncateDurably(const std::filesystem::path& path, std::size_t size);
 /// Creates a folder and its missing parents, and fsyncs where they were entered.
 void createFoldersDurably(const std::filesystem::path& folder);
-/// The whole file. Throws Io with path and reason.
-std::vector<std::byte> readBytes(const std::filesystem::path& path);
+/// The whole file. Throws Io with path and reason, Format when it is longer than `most` bytes.
+std::vector<std::byte> readBytes(const std::filesystem::path& path,
+                                 std::size_t most = std::size_t(256) << 20);
 
 /// Several new files below a folder that become visible together, with one wait for the disk: all
 /// are written under temporary names; place() fsyncs and renames them all and fsyncs their folders.

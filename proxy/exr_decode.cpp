@@ -30,11 +30,16 @@ namespace {
   throw Error(ErrorCode::Format, "'" + path.string() + "' is not a readable proxy: " + reason);
 }
 
+/// Does not wait for a writer when the path is a pipe's.
+int openToRead(const std::filesystem::path& path) {
+  return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+}
+
 /// A file read by position. OpenEXR serialises its calls.
 class FileStream : public Imf::IStream {
  public:
   explicit FileStream(const std::filesystem::path& path)
-      : Imf::IStream(path.c_str()), path_(path), fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+      : Imf::IStream(path.c_str()), path_(path), fd_(openToRead(path)) {
     struct stat status;
     if (fd_ < 0 || ::fstat(fd_, &status) != 0) {
       int reason = errno;
@@ -46,10 +51,15 @@ class FileStream : public Imf::IStream {
       unreadable(path, "it is no regular file");
     }
     size_ = std::uint64_t(status.st_size);
+    // Holes hold no picture. Some file systems do not count blocks and say 0.
+    const std::uint64_t allocated = std::uint64_t(status.st_blocks) * 512;
+    solid_ = allocated > 0 ? std::min(size_, allocated) : size_;
   }
   ~FileStream() override { ::close(fd_); }
 
   std::uint64_t size() const { return size_; }
+  /// What of it takes room on the disk.
+  std::uint64_t solidBytes() const { return solid_; }
   void readAt(std::uint64_t offset, std::size_t n, char* out) const {
     while (n > 0) {
       ssize_t got = ::pread(fd_, out, n, off_t(offset));
@@ -68,8 +78,9 @@ class FileStream : public Imf::IStream {
       // OpenEXR reads headers byte by byte.
       if (at_ < aheadAt_ || at_ + count > aheadAt_ + ahead_.size()) {
         ahead_.resize(std::size_t(std::min<std::uint64_t>(kAhead, size_ - at_)));
-        aheadAt_ = at_;
+        aheadAt_ = size_;  // nothing is there if reading fails
         readAt(at_, ahead_.size(), ahead_.data());
+        aheadAt_ = at_;
       }
       std::copy_n(ahead_.data() + (at_ - aheadAt_), count, c);
     }
@@ -84,8 +95,8 @@ class FileStream : public Imf::IStream {
 
   std::filesystem::path path_;
   int fd_;
-  std::uint64_t size_ = 0, at_ = 0;
-  std::vector<char> ahead_;
+  std::uint64_t size_ = 0, solid_ = 0, at_ = 0;
+  std::vector<char> ahead_;  ///< bytes of the file from aheadAt_ on
   std::uint64_t aheadAt_ = 0;
 };
 
@@ -142,9 +153,9 @@ struct ExrFile::Impl {
                            "' of the type that it states");
       }
     }
-    if (!pictureFitsFile(pictureBytes, stream.size()))
+    if (!pictureFitsFile(pictureBytes, stream.solidBytes()))
       refuse(path, "it claims pictures of " + std::to_string(pictureBytes) +
-                       " bytes in a file of " + std::to_string(stream.size()));
+                       " bytes in a file of " + std::to_string(stream.solidBytes()));
   }
 
   ProxyPart decode(int number) const;

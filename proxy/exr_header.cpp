@@ -9,11 +9,14 @@
 #include <OpenEXR/ImfVecAttribute.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "proxy/error.h"
+#include "proxy/exr_scan.h"
 
 namespace vestige {
 namespace {
@@ -145,7 +148,10 @@ class AttributeReader {
   glm::dvec3 vector(const char* name) const {
     auto* a = find<Imf::V3dAttribute>(name);
     if (!a) missing(name);
-    return {a->value().x, a->value().y, a->value().z};
+    const glm::dvec3 v(a->value().x, a->value().y, a->value().z);
+    for (int i = 0; i < 3; ++i)
+      if (!std::isfinite(v[i])) refuse(fmt::format("attribute '{}' has {}", name, v[i]));
+    return v;
   }
   std::vector<double> numbers(const char* name) const {
     std::string text = this->text(name);
@@ -195,6 +201,9 @@ Number numberFrom(std::string_view text, const char* attribute) {
 std::vector<std::pair<std::string, std::string>> pairsFrom(const std::string& text, char separator,
                                                            const char* attribute) {
   std::vector<std::pair<std::string, std::string>> pairs;
+  if (std::count(text.begin(), text.end(), ' ') >= ExrLimits::kChannels)
+    refuse(fmt::format("attribute '{}' lists more than {} channels", attribute,
+                       int(ExrLimits::kChannels)));
   for (std::size_t at = 0; at < text.size();) {
     std::size_t end = std::min(text.find(' ', at), text.size());
     std::string word = text.substr(at, end - at);
@@ -274,11 +283,17 @@ ProxyHeader proxyHeaderFrom(const Imf::Header& header) try {
   const Imath::Box2i& window = header.displayWindow();
   proxy.size = {window.max.x - window.min.x + 1, window.max.y - window.min.y + 1};
   proxy.domain = {read.vector("vestige:domainLow"), read.vector("vestige:domainHigh")};
+  for (int i = 0; i < 3; ++i)
+    if (!(proxy.domain.low[i] <= proxy.domain.high[i]))
+      refuse(fmt::format("its domain is {} .. {} along axis {}", proxy.domain.low[i],
+                         proxy.domain.high[i], i));
   if (std::vector<double> bounds = read.numbers("vestige:bounds"); !bounds.empty())
     proxy.partition = IntervalPartition::fromBounds(std::move(bounds));
   if (std::string base = read.text("vestige:baseTransferFunction"); !base.empty())
     proxy.base = transferFunctionFromJson(json::parse(base));
   proxy.isovalues = read.numbers("vestige:isovalues");
+  if (proxy.isovalues.size() > std::size_t(ExrLimits::kParts))
+    refuse(fmt::format("it has {} isovalues", proxy.isovalues.size()));
   proxy.statistics =
       statisticsFromJson(withNonFiniteNumbers(json::parse(read.neededText("vestige:statistics"))));
   proxy.provenance = read.text("vestige:provenance");
@@ -300,10 +315,12 @@ PartLayout partLayoutFrom(const Imf::Header& header) {
   layout.zero = read.number("vestige:zero");
   layout.error = read.number("vestige:error");
   if (!(layout.unit > 0.0)) refuse(fmt::format("attribute 'vestige:unit' is {}", layout.unit));
+  std::set<std::string> names;
   for (auto& [name, storage] :
        pairsFrom(read.neededText("vestige:channels"), ':', "vestige:channels")) {
     if (storage != "half" && storage != "float")
       refuse(fmt::format("channel '{}' is stored as '{}'", name, storage));
+    if (!names.insert(name).second) refuse(fmt::format("channel '{}' comes twice", name));
     layout.channels.push_back(
         {name, storage == "half" ? ChannelStorage::Half : ChannelStorage::Float});
   }

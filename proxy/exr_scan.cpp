@@ -135,10 +135,13 @@ class Scanner {
       if (size > ExrLimits::kHeaderBytes ||
           size > fileBytes_ - std::min<std::uint64_t>(in.at(), fileBytes_))
         refuse("attribute '" + *name + "' claims " + std::to_string(size) + " bytes");
+      if (part.types.size() == ExrLimits::kAttributes)
+        refuse("a part has more than " + std::to_string(ExrLimits::kAttributes) + " attributes");
       if (!part.types.emplace(*name, *type).second) refuse("attribute '" + *name + "' comes twice");
       std::size_t end = in.at() + size;
       readAttribute(in, part, *name, *type, size);
-      if (in.at() > end) refuse("attribute '" + *name + "' is longer than it says");
+      if (in.at() > end || (*type == "chlist" && in.at() < end))
+        refuse("attribute '" + *name + "' is not as long as it says");
       in.skip(end - in.at());
     }
     return !part.types.empty();
@@ -168,8 +171,28 @@ class Scanner {
     } else if (name == "type") {
       expect("string", 0);
       part.type = in.text(size);
-    } else if (type == "preview" || type == "tiledesc" || type == "deepImageState") {
-      refuse("it has an attribute of type '" + type + "', which no proxy has");
+    }
+    checkSize(name, type, size);
+  }
+
+  /// OpenEXR reads attributes of the types it knows by their type and not by their size: a wrong
+  /// size would make it see another header than this one.
+  void checkSize(const std::string& name, const std::string& type, std::uint32_t size) const {
+    static const std::map<std::string, std::uint32_t> kBytes = {
+        {"box2f", 16},      {"box2i", 16}, {"chromaticities", 32},
+        {"compression", 1}, {"double", 8}, {"envmap", 1},
+        {"float", 4},       {"int", 4},    {"keycode", 28},
+        {"lineOrder", 1},   {"m33d", 72},  {"m33f", 36},
+        {"m44d", 128},      {"m44f", 64},  {"rational", 8},
+        {"timecode", 8},    {"v2d", 16},   {"v2f", 8},
+        {"v2i", 8},         {"v3d", 24},   {"v3f", 12},
+        {"v3i", 12}};
+    if (const auto known = kBytes.find(type); known != kBytes.end()) {
+      if (size != known->second)
+        refuse("attribute '" + name + "' is no " + type + " with its " + std::to_string(size) +
+               " bytes");
+    } else if (type != "string" && (type != "chlist" || name != "channels")) {
+      refuse("attribute '" + name + "' is of type '" + type + "', which no proxy has");
     }
   }
 
@@ -198,6 +221,8 @@ class Scanner {
            {"dataWindow", "displayWindow", "channels", "compression", "lineOrder",
             "pixelAspectRatio", "screenWindowCenter", "screenWindowWidth"})
         if (!part.types.count(needed)) refuse(std::string("attribute '") + needed + "' is missing");
+      if (!multiPart && !part.type.empty() && part.type != "scanlineimage")
+        refuse("it is of type '" + part.type + "', not scanlineimage");
       if (multiPart && (!part.types.count("name") || part.type != "scanlineimage"))
         refuse("a part has no name or is not of type scanlineimage");
       checkWindows(part);
@@ -212,6 +237,10 @@ class Scanner {
         refuse("it claims " + std::to_string(part.chunkCount) +
                " chunks where its data window has " + std::to_string(chunks));
       tableBytes += std::uint64_t(chunks) * 8;
+      // Decoders make room for whole chunks, however few lines a picture has.
+      if (std::uint64_t(part.data.width()) * part.bytesPerPixel * std::uint64_t(lines) >
+          ExrLimits::kChunkBytes)
+        refuse("its chunks are larger than 128 MiB");
       storedBytes +=
           std::uint64_t(part.data.width()) * std::uint64_t(part.data.height()) * part.bytesPerPixel;
     }

@@ -13,12 +13,14 @@ struct ExrLimits {
   static constexpr int kSide = 32768;
   static constexpr int kChannels = 4096;
   static constexpr int kParts = 64;
+  static constexpr int kAttributes = 1024;                  ///< a part
+  static constexpr std::uint64_t kChunkBytes = 128u << 20;  ///< of up to 16 lines, decoded
   static constexpr std::uint64_t kHeaderBytes = 16u << 20;
   /// Deflate shrinks 1032 : 1 at best, so a file's bytes bound the pixels that it stores.
   static constexpr std::uint64_t kDeflateRatio = 1032;
-  /// Pictures are mostly empty and what is empty is not stored: up to this many bytes a picture
-  /// may hold whatever the size of its file.
-  static constexpr std::uint64_t kFreePictureBytes = std::uint64_t(2) << 30;
+  /// Pictures are mostly empty and what is empty is not stored: up to this many bytes (in memory
+  /// at most twice as many) a picture may hold whatever the size of its file.
+  static constexpr std::uint64_t kFreePictureBytes = std::uint64_t(512) << 20;
 };
 
 /// Walks through the structure of an EXR file without trusting any of it and throws Format, with

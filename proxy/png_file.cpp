@@ -7,13 +7,12 @@
 
 #include "proxy/durable_file.h"
 #include "proxy/error.h"
+#include "proxy/exr_scan.h"
 
 namespace vestige {
 namespace {
 
 constexpr int kLargestSide = 32768;
-/// Deflate cannot shrink more than this; a picture that claims to is a trap.
-constexpr std::uint64_t kLargestDeflateRatio = 1032;
 
 // libpng leaves by longjmp: nothing with a destructor may live in the frames between its calls and
 // setjmp, so the message has a fixed place and every buffer belongs to the caller.
@@ -149,8 +148,10 @@ Raster readPng(const std::filesystem::path& path) {
   std::size_t rowBytes = 0;
   if (!decodeHeader(reader.png, reader.info, cursor, raster.size, rowBytes))
     notAPng(path, reader.failure.reason);
+  // In RGBA a grey or 1-bit picture takes up to 32 times what it was deflated from.
   if (std::uint64_t(rowBytes) * std::uint64_t(raster.size.height) >
-      kLargestDeflateRatio * bytes.size())
+          ExrLimits::kDeflateRatio * bytes.size() ||
+      !pictureFitsFile(raster.size.pixels() * 2, bytes.size()))
     notAPng(path, "it claims " + std::to_string(raster.size.width) + " x " +
                       std::to_string(raster.size.height) + " pixels, more than its " +
                       std::to_string(bytes.size()) + " bytes can hold");

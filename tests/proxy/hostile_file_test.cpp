@@ -176,8 +176,8 @@ TEST(HostileFile, WhatIsNoFileIsAnIoError) {
 }
 
 TEST(HostileFile, PicturesMustFitTheirFiles) {
-  EXPECT_TRUE(pictureFitsFile(std::uint64_t(2) << 30, 100));
-  EXPECT_FALSE(pictureFitsFile((std::uint64_t(2) << 30) + 1, 100));
+  EXPECT_TRUE(pictureFitsFile(std::uint64_t(512) << 20, 100));
+  EXPECT_FALSE(pictureFitsFile((std::uint64_t(512) << 20) + 1, 100));
   EXPECT_TRUE(pictureFitsFile(std::uint64_t(4) << 30, 5u << 20));
 }
 

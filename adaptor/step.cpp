@@ -64,7 +64,9 @@ std::vector<StepProxy> pack(const Config& config, const ProxyHeader& header, con
   if (config.attenuation) {
     add(attenuationImage(partitioned, rays.attenuation, rays.transmittance));
   }
-  if (config.length) add(lengthImage(partitioned, rays.length, rays.moment, rays.runs));
+  if (config.length) {
+    add(lengthImage(partitioned, rays.length, rays.moment, rays.runs, rays.first, rays.last));
+  }
   if (config.depth && !classification.isovalues.empty()) {
     auto layered = header;
     layered.isovalues = classification.isovalues;

@@ -51,6 +51,18 @@ std::vector<Plane> planesOf(ProxyPart part, const ProxyHeader& header) {
   return planes;
 }
 
+/// The ends of rays, which archives may lack.
+void takeEnds(LengthPlanes& planes, ProxyPart part) {
+  for (Channel& channel : part.channels) {
+    if (channel.values.size() != planes.header.size.pixels()) {
+      throw Error(ErrorCode::Format,
+                  "channel '" + channel.name + "' of part 'ends' does not have the picture's size");
+    }
+    if (channel.name == "first") planes.first = std::move(channel.values);
+    if (channel.name == "last") planes.last = std::move(channel.values);
+  }
+}
+
 }  // namespace
 
 LengthPlanes lengthPlanes(ProxyImage image) {
@@ -62,6 +74,7 @@ LengthPlanes lengthPlanes(ProxyImage image) {
   planes.length = planesOf(std::move(length), planes.header);
   planes.depth = planesOf(takePart(image, "depth"), planes.header);
   planes.runs = planesOf(takePart(image, "runs"), planes.header);
+  if (image.find("ends")) takeEnds(planes, takePart(image, "ends"));
   return planes;
 }
 
@@ -77,6 +90,7 @@ LengthPlanes readLengthPlanes(const ExrFile& file) {
   planes.unit = length.unit;
   planes.length = planesOf(std::move(length), planes.header);
   planes.runs = planesOf(file.part("runs"), planes.header);
+  if (file.has("ends")) takeEnds(planes, file.part("ends"));
   planes.depth = depth.get();
   return planes;
 }

@@ -16,6 +16,7 @@ struct LengthPlanes {
   ProxyHeader header;
   double unit = 1.0;  ///< of length in the file: its resolution is that of a half times unit
   std::vector<Plane> length, depth, runs;
+  Plane first, last;  ///< 1 + the channel in which a ray enters and leaves; empty = not stored
 
   const IntervalPartition& partition() const { return *header.partition; }
 };

@@ -2,7 +2,6 @@
 #include "explorer/pieces.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <mutex>
@@ -19,10 +18,9 @@ struct Chunk {
   std::vector<std::uint32_t> entries;
 };
 
-/// Builds lists on all cores: each thread makes itself a worker, calls `worker.startRow()` for each
-/// row and `worker.fill(pixel, pieces)`, which gets an empty vector, for each of its pixels.
-template <typename MakeWorker>
-PieceLists buildLists(ImageSize size, double unit, const MakeWorker& makeWorker) {
+/// Builds lists with `fill(pixel, pieces)`, which gets an empty vector, on all cores.
+template <typename Fill>
+PieceLists buildLists(ImageSize size, double unit, const Fill& fill) {
   PieceLists lists;
   lists.size = size;
   lists.unit = unit;
@@ -34,16 +32,15 @@ PieceLists buildLists(ImageSize size, double unit, const MakeWorker& makeWorker)
     Chunk chunk{begin, end, {}};
     chunk.entries.reserve(std::size_t(end - begin) * std::size_t(size.width) * 6);
     std::vector<Piece> pieces;
-    auto worker = makeWorker();
     for (std::size_t i = std::size_t(begin) * std::size_t(size.width);
          i < std::size_t(end) * std::size_t(size.width); ++i) {
       pieces.clear();
-      if (i % std::size_t(size.width) == 0) worker.startRow();
-      worker.fill(i, pieces);
+      fill(i, pieces);
       lists.first[i] = pieces.empty() ? PieceLists::kNone : std::uint32_t(chunk.entries.size());
       for (const Piece& piece : pieces) {
         chunk.entries.push_back(halfBits(piece.amount * scale) |
                                 std::uint32_t(piece.channel) << 16 |
+                                (piece.mixed ? PieceLists::kMixed : 0u) |
                                 (piece.ambiguous ? PieceLists::kAmbiguous : 0u));
       }
       if (!pieces.empty()) chunk.entries.back() |= PieceLists::kLast;
@@ -67,61 +64,6 @@ PieceLists buildLists(ImageSize size, double unit, const MakeWorker& makeWorker)
   }
   return lists;
 }
-
-class LengthWorker {
- public:
-  LengthWorker(const LengthPlanes& planes, Order order)
-      : planes_(planes),
-        order_(resolvedOrder(order, planes.header.size)),
-        orderer_(planes.partition()) {}
-
-  void startRow() { orderer_.startRow(); }
-  void fill(std::size_t i, std::vector<Piece>& pieces) {
-    std::array<RayInterval, IntervalPartition::kMaxIntervals + 3> ray;
-    std::size_t count = 0;
-    // No data is transparent: never a piece.
-    for (int k = 0; k < planes_.partition().noData(); ++k) {
-      const auto c = std::size_t(k);
-      if (planes_.length[c].empty()) continue;
-      const float length = planes_.length[c][i];
-      if (!(length > 0.0f)) continue;
-      const float runs = planes_.runs[c].empty() ? 1.0f : planes_.runs[c][i];
-      const float depth = planes_.depth[c].empty() ? 0.0f : planes_.depth[c][i];
-      ray[count++] = {k, length, depth, std::max(1, int(std::lround(runs)))};
-    }
-    if (order_ == Order::Mean) {
-      orderByMeanDepth({ray.data(), count}, pieces);
-    } else {
-      orderer_.order({ray.data(), count}, pieces);
-    }
-  }
-
- private:
-  const LengthPlanes& planes_;
-  Order order_;
-  RunOrderer orderer_;
-};
-
-struct AttenuationWorker {
-  const AttenuationPlanes& planes;
-  std::span<const int> order;
-
-  void startRow() {}
-  void fill(std::size_t i, std::vector<Piece>& pieces) const {
-    constexpr double kDeepest = 60.0;  // 1 - A below 1e-26 is opaque whatever the factor
-    double left = 1.0;
-    for (int k : order) {
-      const Plane& plane = planes.attenuation[std::size_t(k)];
-      const double a = plane.empty() ? 0.0 : double(plane[i]);
-      if (!(a > 0.0) || left <= 0.0) continue;
-      const double after = std::max(left - a, 0.0);
-      const double depth = after > 0.0 ? std::min(std::log(left / after), kDeepest) : kDeepest;
-      pieces.push_back({k, float(depth), true});
-      left = after;
-    }
-    if (pieces.size() == 1) pieces.front().ambiguous = false;
-  }
-};
 
 }  // namespace
 
@@ -152,13 +94,50 @@ std::vector<Piece> PieceLists::at(std::size_t pixel) const {
     const std::uint32_t entry = entries[i];
     pieces.push_back({int(entry >> 16 & 0xffu),
                       float(halfValue(std::uint16_t(entry & 0xffffu)) * unit),
-                      (entry & kAmbiguous) != 0});
+                      (entry & kAmbiguous) != 0, (entry & kMixed) != 0});
     if (entry & kLast) return pieces;
   }
 }
 
-PieceLists piecesFromLength(const LengthPlanes& planes, Order order) {
-  return buildLists(planes.header.size, planes.unit, [&] { return LengthWorker(planes, order); });
+PieceLists piecesFromLength(const LengthPlanes& planes, Order wanted) {
+  const Order order = resolvedOrder(wanted, planes.header.size);
+  const IntervalPartition& partition = planes.partition();
+  const ImageSize size = planes.header.size;
+  const Camera& camera = planes.header.camera;
+  const bool ends = order == Order::Runs && !planes.first.empty() && !planes.last.empty();
+  const bool perspective = camera.projection == Projection::Perspective;
+  // In diagonals amounts are between 0 and 1, where a half is precise to 2^-11 of any of them.
+  const double diagonal = planes.header.domain.diagonal();
+  const double unit = diagonal > 0.0 ? diagonal : 1.0;
+  return buildLists(size, unit, [&](std::size_t i, std::vector<Piece>& out) {
+    RayInterval ray[IntervalPartition::kMaxIntervals + 3];
+    int count = 0;
+    for (int k = 0; k < partition.channels(); ++k) {
+      // No data is transparent: never a piece, but it takes its place along the ray.
+      if (k == partition.noData() && order == Order::Mean) continue;
+      const auto c = std::size_t(k);
+      if (planes.length[c].empty()) continue;
+      const float length = planes.length[c][i];
+      if (!(length > 0.0f)) continue;
+      const float runs = planes.runs[c].empty() ? 1.0f : planes.runs[c][i];
+      const float depth = planes.depth[c].empty() ? 0.0f : planes.depth[c][i];
+      ray[count++] = {k, length, depth, std::max(1, int(std::lround(runs)))};
+    }
+    if (order == Order::Mean) {
+      orderByMeanDepth({ray, std::size_t(count)}, out);
+      return;
+    }
+    RayEnds rayEnds;
+    if (ends) {
+      rayEnds.first = int(planes.first[i]) - 1;
+      rayEnds.last = int(planes.last[i]) - 1;
+    }
+    if (perspective && count > 0) {
+      const auto x = double(i % std::size_t(size.width)), y = double(i / std::size_t(size.width));
+      rayEnds.depthPerLength = float(camera.rayThrough({x + 0.5, y + 0.5}, size).depthPerLength);
+    }
+    orderByRuns({ray, std::size_t(count)}, rayEnds, partition, out);
+  });
 }
 
 std::vector<int> nestedOrder(const IntervalPartition& partition) {
@@ -169,7 +148,20 @@ std::vector<int> nestedOrder(const IntervalPartition& partition) {
 }
 
 PieceLists piecesFromAttenuation(const AttenuationPlanes& planes, std::span<const int> order) {
-  return buildLists(planes.header.size, 1.0, [&] { return AttenuationWorker{planes, order}; });
+  constexpr double kDeepest = 60.0;  // 1 - A below 1e-26 is opaque whatever the factor
+  return buildLists(planes.header.size, 1.0, [&](std::size_t i, std::vector<Piece>& out) {
+    double left = 1.0;
+    for (int k : order) {
+      const Plane& plane = planes.attenuation[std::size_t(k)];
+      const double a = plane.empty() ? 0.0 : double(plane[i]);
+      if (!(a > 0.0) || left <= 0.0) continue;
+      const double after = std::max(left - a, 0.0);
+      const double depth = after > 0.0 ? std::min(std::log(left / after), kDeepest) : kDeepest;
+      out.push_back({k, float(depth), true});
+      left = after;
+    }
+    if (out.size() == 1) out.front().ambiguous = false;
+  });
 }
 
 }  // namespace vestige

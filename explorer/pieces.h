@@ -13,20 +13,23 @@ namespace vestige {
 /// A stretch of a ray inside one channel of the partition. `amount` is what a look's strength of
 /// the channel multiplies to give the stretch's optical depth: a length in world units (strength =
 /// extinction), or an optical depth of the base function (strength = factor). `ambiguous`: where
-/// the stretch lies is not stored, only likely.
+/// the stretch lies is not stored, only likely. `mixed`: this piece and the next fill one stretch
+/// of the ray together, as a homogeneous mixture.
 struct Piece {
   int channel = 0;
   float amount = 0.0f;
   bool ambiguous = false;
+  bool mixed = false;
 };
 
 /// For every pixel what its ray met, front to back. This order does not depend on the look, so it
 /// is found once, when a proxy is decoded; an edit is then one walk along each list (method §2
 /// "opacity change"). Packed as the shaders read it: `first` [pixel] is the index of a pixel's
 /// first entry or kNone; an entry holds a half float of amount / unit in bits 0-15, the channel in
-/// bits 16-23, kAmbiguous and, on the last of a list, kLast.
+/// bits 16-23, kMixed, kAmbiguous and, on the last of a list, kLast.
 struct PieceLists {
   static constexpr std::uint32_t kNone = 0xffffffffu;
+  static constexpr std::uint32_t kMixed = 1u << 29;
   static constexpr std::uint32_t kAmbiguous = 1u << 30;
   static constexpr std::uint32_t kLast = 1u << 31;
 

@@ -17,28 +17,29 @@ struct RayInterval {
   int runs;
 };
 
+/// What is stored of a whole ray: the channels in which it enters and leaves the domain (-1 = not
+/// stored), and its planar depth per world length (1 for orthographic cameras).
+struct RayEnds {
+  int first = -1, last = -1;
+  float depthPerLength = 1.0f;
+};
+
 /// One piece a channel, by increasing mean depth. Exact where every channel has one run.
 void orderByMeanDepth(std::span<RayInterval> ray, std::vector<Piece>& pieces);
 
-/// Splits channels with several runs: the succession of runs is one that a continuous field can
-/// have, so that neighbours along the ray are neighbours in value, with as few turns as the counts
-/// allow; lengths are kept, and mean depths as nearly as can be (docs/exploring.md "Order").
-/// Rays are best given row by row, for a ray takes over where its neighbour starts and ends.
-class RunOrderer {
- public:
-  /// The channels in which a ray enters and leaves the domain; -1 = not known.
-  struct Ends {
-    int first = -1, last = -1;
-  };
-  explicit RunOrderer(const IntervalPartition& partition) : partition_(partition) {}
-  void order(std::span<RayInterval> ray, std::vector<Piece>& pieces);
-  /// Forgets the neighbour, at the start of a row.
-  void startRow() { ends_ = {}; }
-
- private:
-  const IntervalPartition& partition_;
-  Ends ends_;            ///< of the last ray that was searched
-  double misfit_ = 0.0;  ///< its misfit as a share of its chord
-};
+/// The likely order where channels have several runs. `ray` holds every channel that is there, no
+/// data included, so that the lengths fill the chord. Three steps (docs/method.md "The order along
+/// a ray"):
+///  1. A continuous field steps from a channel to its neighbour only, so run counts and ends give
+///     the number of crossings of every bound. Where that is one or two, lengths and mean depths
+///     say exactly where the crossings lie: they cut the ray and bound the channels in between.
+///  2. Within these bounds each channel gets the distribution over depth of largest entropy that
+///     keeps every length and mean depth and fills the chord.
+///  3. That is cut into slabs, and each slab's shares are laid in order of value, up and down in
+///     turn, as a continuous field would pass through them.
+/// Lengths are kept exactly. Pieces in stretches that step 1 left open are ambiguous. Not a
+/// function of any look. Reorders `ray`.
+void orderByRuns(std::span<RayInterval> ray, const RayEnds& ends,
+                 const IntervalPartition& partition, std::vector<Piece>& pieces);
 
 }  // namespace vestige

@@ -113,8 +113,13 @@ class Checker {
   }
 
   void checkLength() {
-    requireParts(3);
+    requireParts(image_.find("ends") ? 4 : 3);
     const std::vector<std::string> names = intervalNames();
+    if (const ProxyPart* ends = image_.find("ends") ? partWith("ends", {"first", "last"}) : nullptr)
+      for (const Channel& c : ends->channels)
+        each(*ends, c, "1 + a channel, or 0", [&](float v, auto) {
+          return v >= 0.0f && v <= float(names.size()) && v == std::floor(v);
+        });
     const ProxyPart* length = partWith("length", names);
     const ProxyPart* depth = partWith("depth", names);
     const ProxyPart* runs = partWith("runs", names);

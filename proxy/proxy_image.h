@@ -61,6 +61,8 @@ struct Channel {
 /// length       length         K...: ℓ / unit;                                           half
 ///              depth          K...: mean depth (z̄ - zero) / unit, 0 where ℓ = 0;        half
 ///              runs           K...: number of separate runs;                            half
+///              ends           first, last: 1 + the channel in which the ray enters and
+///                             leaves the domain, 0 = miss; may be absent;               half
 /// depth        layerMM        Z (world units, +inf = no hit; float), nx, ny, nz (unit, eye
 ///                             space, turned to the viewer; half), MM = 00..
 /// mip          mip            value: in the field's units, NaN where no data;            float

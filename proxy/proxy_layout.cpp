@@ -90,6 +90,24 @@ Channel fractions(std::string name, std::span<const float> plane,
   return channel;
 }
 
+/// Which channel a ray enters and leaves in, as 1 + channel; 0 = it misses.
+ProxyPart endsPart(std::span<const std::uint8_t> first, std::span<const std::uint8_t> last,
+                   ImageSize size) {
+  constexpr std::uint8_t kMiss = 255;
+  ProxyPart part{"ends", 1.0 / kHalfQuantum, 0.0, 0.0, {}};
+  for (const auto& [name, ends] : {std::pair{"first", first}, std::pair{"last", last}}) {
+    if (ends.size() != size.pixels())
+      throw Error(ErrorCode::InvalidArgument,
+                  fmt::format("'{}' has {} channels, the picture {} pixels", name, ends.size(),
+                              size.pixels()));
+    Channel channel = channelOf(name, ChannelStorage::Half, ends.size());
+    for (std::size_t i = 0; i < ends.size(); ++i)
+      channel.values[i] = ends[i] == kMiss ? 0.0f : float(ends[i] + 1);
+    part.channels.push_back(std::move(channel));
+  }
+  return part;
+}
+
 double diagonalOf(const Box& domain) {
   const double diagonal = domain.diagonal();
   return diagonal > 0.0 && std::isfinite(diagonal) ? diagonal : 1.0;
@@ -128,7 +146,8 @@ ProxyImage attenuationImage(ProxyHeader header, std::span<const float> attenuati
 }
 
 ProxyImage lengthImage(ProxyHeader header, std::span<const float> length,
-                       std::span<const float> moment, std::span<const float> runs) {
+                       std::span<const float> moment, std::span<const float> runs,
+                       std::span<const std::uint8_t> first, std::span<const std::uint8_t> last) {
   header.kind = kind::kLength;
   const IntervalPartition& partition = partitionOf(header);
   const ImageSize size = header.size;
@@ -166,7 +185,10 @@ ProxyImage lengthImage(ProxyHeader header, std::span<const float> length,
       runsOut.values[i] = float(std::clamp(std::nearbyint(double(r[i])), 1.0, kMostRuns));
     }
   });
-  return {std::move(header), {std::move(lengthPart), std::move(depthPart), std::move(runsPart)}};
+  ProxyImage image{std::move(header),
+                   {std::move(lengthPart), std::move(depthPart), std::move(runsPart)}};
+  if (!first.empty() || !last.empty()) image.parts.push_back(endsPart(first, last, size));
+  return image;
 }
 
 ProxyImage depthImage(ProxyHeader header, std::span<const float> depth,

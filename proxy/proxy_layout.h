@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "proxy/proxy_image.h"
@@ -21,9 +22,12 @@ ProxyImage attenuationImage(ProxyHeader header, std::span<const float> attenuati
 /// Lengths, mean depths m_k / ℓ_k and runs of every channel of header.partition (method §2). Length
 /// in steps of diagonal / 2^13 up to a quarter of the domain's diagonal, then of half's precision;
 /// lengths below half a step are 0, and so are their mean depths and runs. Mean depth in 2047 steps
-/// over the domain's depths along the view. Runs up to 2047.
+/// over the domain's depths along the view. Runs up to 2047. `first`, `last`: the channels in which
+/// rays enter and leave (255 = miss); both or neither.
 ProxyImage lengthImage(ProxyHeader header, std::span<const float> length,
-                       std::span<const float> moment, std::span<const float> runs);
+                       std::span<const float> moment, std::span<const float> runs,
+                       std::span<const std::uint8_t> first = {},
+                       std::span<const std::uint8_t> last = {});
 
 /// One layer for each of header.isovalues: planar depth Z (+inf = no hit) to 2^-20 of the domain's
 /// diagonal, and unit normals in steps of 1/128 (planes nx, ny, nz of layer 0, then of layer 1

@@ -1,7 +1,8 @@
 #version 300 es
 // SPDX-License-Identifier: BSD-3-Clause
 // Recomposes a picture from the pieces of its rays (method §2 "opacity change"):
-// A' = 1 - exp(-strength * amount), C += T A' c', T *= 1 - A', front to back.
+// A' = 1 - exp(-strength * amount), C += T A' c', T *= 1 - A', front to back. Pieces that are mixed
+// make one homogeneous stretch: depths add, colours average weighted by them.
 // Variants by #define: SHADED multiplies a channel's colour by the light on its own depth layer
 // (visualization-by-proxy Fig. 1d), ENHANCED darkens by depth-aware enhancement (eq. 11), TRUST
 // gives the largest change that an unknown order could make, ATTENUATION gives a'_k of 4 channels,
@@ -50,38 +51,67 @@ void main() {
 #endif
   if (index != 0xffffffffu) {
     uint mask = (1u << uint(listWidthLog2)) - 1u;
+    float depth = 0.0;         // of the stretch so far, in -log2
+    vec3 glow = vec3(0.0);     // its colours, weighted by depth
+#ifdef ATTENUATION
+    vec4 own = vec4(0.0);      // its depth by channel of the group
+#endif
+#ifdef TRUST
+    bool loose = false;
+#endif
     for (;;) {
       uint entry = texelFetch(entries, ivec2(index & mask, index >> uint(listWidthLog2)), 0).r;
       int channel = int((entry >> 16) & 255u);
       vec4 look = channels[channel];
-      float left = exp2(unpackHalf2x16(entry & 0xffffu).x * look.w);
+      float part = unpackHalf2x16(entry & 0xffffu).x * look.w;  // <= 0
 #ifdef ONE_LAYER
-      if (layerOf[channel] != oneLayer) left = 1.0;
+      if (layerOf[channel] != oneLayer) part = 0.0;
 #endif
-      float share = transmittance - transmittance * left;  // T A'
 #ifdef SHADED
       int layer = layerOf[channel];
-      if (layer >= 0 && share > 0.0) {
+      if (layer >= 0 && part < 0.0) {
         vec4 shine = texelFetch(light, ivec3(pixel, layer), 0);
         look.rgb = look.rgb * shine.rgb + shine.a;
       }
 #endif
+      depth += part;
+      glow += part * look.rgb;
+#ifdef ATTENUATION
+      if (channel / 4 == group) own[channel & 3] += part;
+#endif
 #ifdef TRUST
-      // What if this piece stood in front of all before it? Its share would be A' instead of T A'.
-      float opacity = 1.0 - left;
-      bool loose = (entry & 0x40000000u) != 0u;
-      if ((loose || unordered) && opacity > 0.0) {
-        vec3 change = opacity * (color - (1.0 - transmittance) * look.rgb);
-        doubt = max(doubt, max(abs(change.r), max(abs(change.g), abs(change.b))));
-      }
-      unordered = unordered || (loose && opacity > 0.0);
+      loose = loose || (entry & 0x40000000u) != 0u;
+#endif
+      bool last = (entry & 0x80000000u) != 0u;
+      if ((entry & 0x20000000u) == 0u || last) {
+        if (depth < 0.0) {
+          float left = exp2(depth);
+          float share = transmittance - transmittance * left;  // T A'
+          glow /= depth;
+#ifdef TRUST
+          // What if this stretch stood in front of all before it? Its share would be A', not T A'.
+          if (loose || unordered) {
+            vec3 change = (1.0 - left) * (color - (1.0 - transmittance) * glow);
+            doubt = max(doubt, max(abs(change.r), max(abs(change.g), abs(change.b))));
+          }
+          unordered = unordered || loose;
 #endif
 #ifdef ATTENUATION
-      if (channel / 4 == group) attenuation[channel & 3] += share;
+          attenuation += share * own / depth;
 #endif
-      color += share * look.rgb;
-      transmittance *= left;
-      if ((entry & 0x80000000u) != 0u || transmittance < kOpaque) break;
+          color += share * glow;
+          transmittance *= left;
+        }
+        if (last || transmittance < kOpaque) break;
+        depth = 0.0;
+        glow = vec3(0.0);
+#ifdef ATTENUATION
+        own = vec4(0.0);
+#endif
+#ifdef TRUST
+        loose = false;
+#endif
+      }
       ++index;
     }
   }

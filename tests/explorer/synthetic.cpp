@@ -109,17 +109,25 @@ std::vector<Piece> truePieces(const ProxyHeader& head, int x, int y) {
 ProxyImage lengthProxy(ImageSize size) {
   ProxyImage image{header(kind::kLength, size), {}};
   ProxyPart length = part("length", image.header), depth = part("depth", image.header),
-            runs = part("runs", image.header);
+            runs = part("runs", image.header), ends{"ends", 1.0, 0.0, 0.0, {}};
+  for (const char* name : {"first", "last"}) {
+    addChannel(ends, name, size.pixels(), ChannelStorage::Half);
+  }
   length.unit = depth.unit = kBox.diagonal();
   forPixels(size, [&](int x, int y, std::size_t i) {
-    for (const Piece& piece : truePieces(image.header, x, y)) {
+    const auto pieces = truePieces(image.header, x, y);
+    if (!pieces.empty()) {
+      ends.channels[0].values[i] = float(pieces.front().channel + 1);
+      ends.channels[1].values[i] = float(pieces.back().channel + 1);
+    }
+    for (const Piece& piece : pieces) {
       const auto k = std::size_t(piece.channel);
       length.channels[k].values[i] += piece.amount;
       depth.channels[k].values[i] = float(placeOf(image.header, x, y).middle);
       runs.channels[k].values[i] += 1.0f;
     }
   });
-  image.parts = {std::move(length), std::move(depth), std::move(runs)};
+  image.parts = {std::move(length), std::move(depth), std::move(runs), std::move(ends)};
   return image;
 }
 
@@ -204,12 +212,20 @@ ProxyImage referenceProxy(ImageSize size) {
 
 std::array<double, 4> composite(const std::vector<Piece>& pieces, const ChannelTable& table) {
   std::array<double, 4> color{};
-  double left = 1.0;
+  double left = 1.0, depth = 0.0;
+  glm::dvec3 glow(0.0);
   for (const Piece& piece : pieces) {
     const auto k = std::size_t(piece.channel);
-    const double share = left * -std::expm1(-table.strength[k] * double(piece.amount));
-    for (int c = 0; c < 3; ++c) color[std::size_t(c)] += share * table.color[k][c];
-    left -= share;
+    depth += table.strength[k] * double(piece.amount);
+    glow += table.strength[k] * double(piece.amount) * table.color[k];
+    if (piece.mixed) continue;
+    if (depth > 0.0) {
+      const double share = left * -std::expm1(-depth);
+      for (int c = 0; c < 3; ++c) color[std::size_t(c)] += share * glow[c] / depth;
+      left -= share;
+    }
+    depth = 0.0;
+    glow = glm::dvec3(0.0);
   }
   color[3] = 1.0 - left;
   return color;

@@ -100,12 +100,17 @@ class RayModel {
   }
 
   void emit(std::vector<Piece>& pieces) const {
+    const std::size_t emitted = pieces.size();
     for (int slab = 0; slab < slabs_; ++slab) {
       const std::size_t begin = pieces.size();
       const bool open = low_[slab] != high_[slab];
       for (int i = low_[slab]; i <= high_[slab]; ++i) {
         const float amount = weight(slab, i) * float(chord_);
         if (!(amount > 0.0f) || ray_[i].channel == partition_.noData()) continue;
+        if (!open && joins(pieces, emitted, ray_[i].channel)) {
+          pieces.back().amount += amount;
+          continue;
+        }
         pieces.push_back({ray_[i].channel, amount, open, open});
       }
       if (pieces.size() > begin) pieces.back().mixed = false;
@@ -113,6 +118,11 @@ class RayModel {
   }
 
  private:
+  /// Whether the ray is in this channel already, and in no other.
+  static bool joins(const std::vector<Piece>& pieces, std::size_t emitted, int channel) {
+    return pieces.size() > emitted && pieces.back().channel == channel && !pieces.back().ambiguous;
+  }
+
   float weight(int slab, int i) const { return weights_[std::size_t(slab * count_ + i)]; }
 
   int levelIndex(int channel) const {
@@ -291,6 +301,10 @@ class RayModel {
       int latest = heaviest;
       for (int slab = 0; slab < slabs_; ++slab) {
         float& w = weights_[std::size_t(slab * count_ + i)];
+        if (low_[slab] == high_[slab]) {  // known, not shared: nothing to gather
+          w *= scale;
+          continue;
+        }
         carried += w * scale;
         w = 0.0f;
         if (carried < kLeastShare * share_[i]) continue;

@@ -175,7 +175,13 @@ vtkSmartPointer<vtkDataSet> readDicomFolder(const std::filesystem::path& folder,
     any = any || (entry.is_regular_file() && reader->CanReadFile(entry.path().c_str()));
   if (!any) fail(folder, "has neither files that can be read by extension nor DICOM slices");
   reader->SetDirectoryName(folder.c_str());
-  return run(folder, reader.Get(), capture);
+  const auto data = run(folder, reader.Get(), capture);
+  // DICOM states the distance of rows (y) first, VTK takes it for that of columns.
+  if (auto* image = vtkImageData::SafeDownCast(data)) {
+    const double* spacing = image->GetSpacing();
+    image->SetSpacing(spacing[1], spacing[0], spacing[2]);
+  }
+  return data;
 }
 
 vtkSmartPointer<vtkDataSet> read(const std::filesystem::path& file,

@@ -132,6 +132,71 @@ TEST_F(ReplayReader, ReadsNifti) {
   expectSamples(write("a.nii", header + samples<std::int16_t>()));
 }
 
+/// One slice as an uncompressed little-endian DICOM file with explicit types.
+std::string dicomSlice(int z) {
+  std::string dataSet;
+  const auto append = [](std::string& to, auto value) {
+    to.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  const auto element = [&](std::uint16_t group, std::uint16_t number, const std::string& type,
+                           std::string value) {
+    if (value.size() % 2) value += type == "UI" ? '\0' : ' ';
+    append(dataSet, group);
+    append(dataSet, number);
+    dataSet += type;
+    if (type == "OW") {
+      append(dataSet, std::uint16_t(0));
+      append(dataSet, std::uint32_t(value.size()));
+    } else {
+      append(dataSet, std::uint16_t(value.size()));
+    }
+    dataSet += value;
+  };
+  const auto number = [&](std::uint16_t value) {
+    std::string bytes;
+    append(bytes, value);
+    return bytes;
+  };
+  element(0x0002, 0x0010, "UI", "1.2.840.10008.1.2.1");
+  element(0x0020, 0x000e, "UI", "1.2.3");
+  element(0x0020, 0x0013, "IS", std::to_string(z + 1));
+  element(0x0020, 0x0032, "DS", "0\\0\\" + std::to_string(2.5 * z));
+  element(0x0020, 0x0037, "DS", "1\\0\\0\\0\\1\\0");
+  element(0x0028, 0x0002, "US", number(1));
+  element(0x0028, 0x0010, "US", number(4));
+  element(0x0028, 0x0011, "US", number(5));
+  element(0x0028, 0x0030, "DS", "1.5\\0.5");
+  element(0x0028, 0x0100, "US", number(16));
+  element(0x0028, 0x0101, "US", number(16));
+  element(0x0028, 0x0102, "US", number(15));
+  element(0x0028, 0x0103, "US", number(1));
+  element(0x7fe0, 0x0010, "OW", samples<std::int16_t>().substr(std::size_t(z) * 40, 40));
+  return std::string(128, '\0') + "DICM" + dataSet;
+}
+
+TEST_F(ReplayReader, ReadsAFolderOfDicomSlicesAsOneVolume) {
+  // Slices are put in order by their position, not their name.
+  write("c.dcm", dicomSlice(0));
+  write("a.dcm", dicomSlice(1));
+  write("b.dcm", dicomSlice(2));
+  const auto steps = minisim::stepsOf({folder_}, false);
+  ASSERT_EQ(steps, std::vector<fs::path>{folder_});
+  const auto data = readDataSet(folder_, {});
+  auto* image = vtkImageData::SafeDownCast(data);
+  ASSERT_TRUE(image);
+  for (int axis = 0; axis < 3; ++axis) {
+    ASSERT_EQ(image->GetDimensions()[axis], kShape[axis]);
+    EXPECT_NEAR(image->GetSpacing()[axis], 0.5 + axis, 1e-6);
+  }
+  vtkDataArray* array = image->GetPointData()->GetArray(minisim::kUnnamedArray);
+  ASSERT_TRUE(array);
+  // VTK turns DICOM's volumes by half a turn about x (rows go up, slices back): no mirror image.
+  for (int z = 0; z < 3; ++z)
+    for (int y = 0; y < 4; ++y)
+      for (int x = 0; x < 5; ++x)
+        ASSERT_EQ(array->GetComponent((z * 4 + y) * 5 + x, 0), valueAt(x, 3 - y, 2 - z));
+}
+
 TEST_F(ReplayReader, ReadsRawBytesOfEitherEndiannessBehindAHeader) {
   expectSamples(write("a.raw", samples<std::int16_t>()), rawLayout("int16", false, 0));
   expectSamples(write("b.raw", samples<std::int16_t>(true)), rawLayout("int16", true, 0));

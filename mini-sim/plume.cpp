@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -31,46 +32,53 @@ constexpr double kFirstPuffHeight = 1.8;  // of the warm air over the patch, in 
 class Breeze {
  public:
   Breeze(std::uint64_t seed, const std::array<int, 3>& size) {
-    for (int m = 0; m < int(waves_.size()); ++m) {
-      Wave& wave = waves_[m];
+    for (int axis = 0; axis < 3; ++axis) phases_[axis].resize(size[axis]);
+    for (int m = 0; m < kWaves; ++m) {
+      std::array<double, 3> k{}, amplitude{};
       double kk = 0.0, ka = 0.0, aa = 0.0;
       for (int axis = 0; axis < 3; ++axis) {
         // Whole periods, so that the sides match.
         const double periods = std::round(kBreezeWaveNumber * noise(seed, 8 * m + axis));
-        wave.k[axis] = periods * 2.0 * std::numbers::pi / size[axis];
-        wave.amplitude[axis] = noise(seed, 8 * m + 3 + axis);
-        kk += wave.k[axis] * wave.k[axis];
-        ka += wave.k[axis] * wave.amplitude[axis];
+        k[axis] = periods * 2.0 * std::numbers::pi / size[axis];
+        amplitude[axis] = noise(seed, 8 * m + 3 + axis);
+        kk += k[axis] * k[axis];
+        ka += k[axis] * amplitude[axis];
       }
       for (int axis = 0; axis < 3; ++axis) {
-        if (kk > 0.0) wave.amplitude[axis] -= wave.k[axis] * ka / kk;
-        aa += wave.amplitude[axis] * wave.amplitude[axis];
+        if (kk > 0.0) amplitude[axis] -= k[axis] * ka / kk;
+        aa += amplitude[axis] * amplitude[axis];
       }
-      wave.phase = std::numbers::pi * noise(seed, 8 * m + 6);
-      const double scale = aa > 0.0 ? std::sqrt(2.0 / (aa * waves_.size())) : 0.0;
-      for (double& amplitude : wave.amplitude) amplitude *= scale;
+      const double scale = aa > 0.0 ? std::sqrt(2.0 / (aa * kWaves)) : 0.0;
+      const double start = std::numbers::pi * noise(seed, 8 * m + 6);
+      for (int axis = 0; axis < 3; ++axis) {
+        amplitude_[axis][m] = scale * amplitude[axis];
+        for (int i = 0; i < size[axis]; ++i)
+          phases_[axis][i][m] = std::polar(1.0, k[axis] * i + (axis == 0 ? start : 0.0));
+      }
     }
   }
 
   std::array<double, 3> at(int x, int y, int z) const {
     std::array<double, 3> sum = {0.0, 0.0, 0.0};
-    for (const Wave& w : waves_) {
-      const double value = std::sin(w.k[0] * x + w.k[1] * y + w.k[2] * z + w.phase);
-      for (int axis = 0; axis < 3; ++axis) sum[axis] += w.amplitude[axis] * value;
+    const auto &inX = phases_[0][x], &inY = phases_[1][y], &inZ = phases_[2][z];
+    for (int m = 0; m < kWaves; ++m) {
+      // Im(e^{ix} e^{iy} e^{iz}) = sin(x + y + z): far cheaper than a sine per wave and cell.
+      const double re = inX[m].real() * inY[m].real() - inX[m].imag() * inY[m].imag();
+      const double im = inX[m].real() * inY[m].imag() + inX[m].imag() * inY[m].real();
+      const double value = re * inZ[m].imag() + im * inZ[m].real();
+      for (int axis = 0; axis < 3; ++axis) sum[axis] += amplitude_[axis][m] * value;
     }
     return sum;
   }
 
  private:
-  struct Wave {
-    std::array<double, 3> k, amplitude;
-    double phase;
-  };
-  std::array<Wave, 32> waves_;
+  static constexpr int kWaves = 32;
+  std::array<std::vector<std::array<std::complex<double>, kWaves>>, 3> phases_;
+  std::array<std::array<double, kWaves>, 3> amplitude_{};
 };
 
-/// 1 inside, 0 outside, `sharpness` per unit at 1.
-double inside(double r, double sharpness) { return 0.5 * (1.0 - std::tanh(sharpness * (r - 1.0))); }
+/// 1 inside of 1, 0 outside, with a smooth edge.
+double inside(double r) { return r > 3.0 ? 0.0 : 0.5 * (1.0 - std::tanh(4.0 * (r - 1.0))); }
 
 }  // namespace
 
@@ -109,7 +117,7 @@ ThermalLattice<Real> makePlume(const PlumeParameters& p) {
   std::vector<Real> rates(std::size_t(nx) * ny * layers);
   for (std::size_t at = 0; at < rates.size(); ++at) {
     const double r = std::hypot(across(int(at % nx), nx), across(int(at / nx % ny), ny));
-    rates[at] = Real(kHeatingRate * inside(r, 4.0) * (1.0 + kUnevenness * noise(~p.seed, at)));
+    rates[at] = Real(kHeatingRate * inside(r) * (1.0 + kUnevenness * noise(~p.seed, at)));
   }
   lattice.setHeating(std::move(rates), 1.0);
 
@@ -120,7 +128,7 @@ ThermalLattice<Real> makePlume(const PlumeParameters& p) {
     state.velocity = breeze.at(x, y, z);
     for (double& v : state.velocity) v *= kBreeze * p.speed * std::min(1.0, fromWall);
     const double height = (z + 0.5) / (radius * kFirstPuffHeight);
-    state.temperature = inside(std::hypot(across(x, nx), across(y, ny), height), 4.0);
+    state.temperature = inside(std::hypot(across(x, nx), across(y, ny), height));
     return state;
   });
   return lattice;

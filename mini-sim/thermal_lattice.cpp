@@ -3,6 +3,7 @@
 
 #include <omp.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <new>
@@ -85,7 +86,12 @@ ThermalLattice<Real>::ThermalLattice(const LatticeSettings& settings) : settings
     damping_[settings_.size[2] - settings_.spongeLayers + layer] =
         Real(settings_.spongeRate * depth * depth);
   }
-  initialise([](int, int, int) { return State{}; });
+  // Fluid at rest is all zeros, as populations are stored less their weights.
+  const std::size_t layer = std::size_t(settings_.size[0]) * settings_.size[1];
+  forLayers([&](int z) {
+    for (int i = 0; i < kFlowDirections + kHeatDirections; ++i)
+      std::fill_n(populations_.get() + i * stride_ + z * layer, layer, Real(0));
+  });
 }
 
 template <typename Real>

@@ -164,6 +164,15 @@ TEST_F(HostileArchive, LinksThatLeaveTheArchiveAreNotFollowed) {
   EXPECT_TRUE(fs::exists(outside / inside.filename()));
 }
 
+TEST_F(HostileArchive, AnArchiveThatIsItselfReachedByALinkOpens) {
+  fs::create_directory_symlink(archive_, folder_ / "link");
+  for (const fs::path& path : {folder_ / "link", fs::relative(archive_), archive_ / ""}) {
+    const Archive archive(path);
+    EXPECT_EQ(archive.open(archive.rows().front()).header().cycle, 1);
+    EXPECT_TRUE(checkArchive(path).empty());
+  }
+}
+
 TEST_F(HostileArchive, SpecialFilesNeitherHangNorFloodMemory) {
   const ArchiveRow row = Archive(archive_).rows().front();
   const fs::path exr = archive_ / row.exr, png = archive_ / row.png;

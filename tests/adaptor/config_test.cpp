@@ -125,6 +125,42 @@ isovalues = "bounds"
   EXPECT_EQ(config.fields[2].isovalueRule, FieldConfig::Isovalues::Bounds);
 }
 
+TEST(Config, TheGuidesExampleParses) {
+  const std::string guide = readTextFile(VESTIGE_SOURCE_DIR "/docs/for-simulation-developers.md");
+  const std::string fence = "```toml\n";
+  const auto start = guide.find(fence);
+  ASSERT_NE(start, std::string::npos);
+  const auto text =
+      guide.substr(start + fence.size(), guide.find("```\n", start + 1) - start - fence.size());
+  const Config config = configFromText(text, "guide");
+  EXPECT_EQ(config.fields.size(), 2u);
+  EXPECT_EQ(config.trigger.everyCycles, 50);
+}
+
+TEST(Config, TheGuideNamesEveryKeyThatIsKnown) {
+  const std::string guide = readTextFile(VESTIGE_SOURCE_DIR "/docs/for-simulation-developers.md");
+  // An unknown key without a near one lists all keys of its table.
+  for (const std::string table : {"", "[output]\n", "[gl]\n", "[image]\n", "[trigger]\n",
+                                  "[[view]]\nset = 'front'\n", "[[field]]\nsource = 'f'\n"}) {
+    try {
+      configFromText(table + "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx = 1\n", "guide");
+      ADD_FAILURE() << table;
+    } catch (const Error& error) {
+      std::string keys = error.what();
+      keys = keys.substr(keys.find("known are ") + 10) + ", ";
+      for (std::size_t at = 0; at < keys.size();) {
+        const auto end = keys.find(", ", at);
+        const auto key = keys.substr(at, end - at);
+        EXPECT_NE(guide.find(key), std::string::npos) << table << key;
+        if (!table.empty()) {
+          EXPECT_NE(guide.find("`" + key + "`"), std::string::npos) << table << key;
+        }
+        at = end + 2;
+      }
+    }
+  }
+}
+
 TEST(Config, NamesFileLineAndKey) {
   expectError("[image]\nwidth = 0\n", "run.toml:2: [image] width: 0 is not in 1..16384");
   expectError("\n\n[image]\nheight = 'x'\n",

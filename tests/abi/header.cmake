@@ -1,0 +1,11 @@
+# SPDX-License-Identifier: BSD-3-Clause
+file(STRINGS "${HEADER}" includes REGEX "^#include")
+if(NOT includes STREQUAL "#include <stddef.h>;#include <stdint.h>")
+  message(FATAL_ERROR "vestige.h includes ${includes}")
+endif()
+file(READ "${HEADER}" text)
+string(REGEX MATCHALL "\n" lines "${text}")
+list(LENGTH lines count)
+if(count GREATER 250)
+  message(FATAL_ERROR "vestige.h has ${count} lines")
+endif()

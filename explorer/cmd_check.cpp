@@ -23,14 +23,21 @@ int run(const Options& options) {
     ProgressBar bar("check");
     findings = checkArchive(options.archive, [&](int done, int total) { bar.show(done, total); });
   }
-  for (const Finding& finding : findings) fmt::print("{}: {}\n", finding.file, finding.problem);
-  if (findings.empty()) {
-    fmt::print("{}: {} rows, all sound\n", options.archive, Archive(options.archive).rows().size());
-    return 0;
+  std::size_t damage = 0;
+  for (const Finding& finding : findings) {
+    fmt::print("{}{}: {}\n", finding.leftover ? "leftover: " : "", finding.file, finding.problem);
+    if (!finding.leftover) ++damage;
   }
-  fmt::print("{}: {} problems{}\n", options.archive, findings.size(),
-             options.repair ? "" : "; --repair rebuilds the table from the sound files");
-  return 1;
+  if (damage > 0) {
+    fmt::print("{}: {} problems{}\n", options.archive, damage,
+               options.repair ? "" : "; --repair rebuilds the table from the sound files");
+    return 1;
+  }
+  // Leftovers of an interrupted run are no damage: every reader ignores them.
+  fmt::print("{}: {} rows, all sound{}\n", options.archive,
+             Archive(options.archive).rows().size(),
+             findings.empty() ? "" : "; --repair clears leftovers");
+  return 0;
 }
 
 }  // namespace

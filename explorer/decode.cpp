@@ -63,6 +63,10 @@ void takeEnds(LengthPlanes& planes, ProxyPart part) {
   }
 }
 
+/// Archives store lengths as subnormal halves (docs/archive-format.md, "Values"), which a GPU may
+/// flush to zero; 2^12 times as large they are normal halves, and exactly the same numbers.
+double normalHalfUnit(double unit) { return unit * 0x1p-12; }
+
 }  // namespace
 
 LengthPlanes lengthPlanes(ProxyImage image) {
@@ -70,7 +74,7 @@ LengthPlanes lengthPlanes(ProxyImage image) {
   LengthPlanes planes;
   planes.header = image.header;
   ProxyPart length = takePart(image, "length");
-  planes.unit = length.unit;
+  planes.unit = normalHalfUnit(length.unit);
   planes.length = planesOf(std::move(length), planes.header);
   planes.depth = planesOf(takePart(image, "depth"), planes.header);
   planes.runs = planesOf(takePart(image, "runs"), planes.header);
@@ -87,7 +91,7 @@ LengthPlanes readLengthPlanes(const ExrFile& file) {
     return planesOf(ExrFile(file.path()).part("depth"), planes.header);
   });
   ProxyPart length = file.part("length");
-  planes.unit = length.unit;
+  planes.unit = normalHalfUnit(length.unit);
   planes.length = planesOf(std::move(length), planes.header);
   planes.runs = planesOf(file.part("runs"), planes.header);
   if (file.has("ends")) takeEnds(planes, file.part("ends"));

@@ -14,7 +14,7 @@ using Plane = std::vector<float>;
 /// Opacity lengths of a view (method §2): [channel] planes of ℓ, mean depth and run count.
 struct LengthPlanes {
   ProxyHeader header;
-  double unit = 1.0;  ///< of length in the file: its resolution is that of a half times unit
+  double unit = 1.0;  ///< lengths are whole multiples of 2^-12 unit, or halves times it
   std::vector<Plane> length, depth, runs;
   Plane first, last;  ///< 1 + the channel in which a ray enters and leaves; empty = not stored
 

@@ -30,6 +30,7 @@ uniform mat3 eyeFromWorld;
 
 const int kChannels = INTERVALS + 3;
 const int kNoData = INTERVALS + 2;
+uniform int channels;  // kChannels, but unknown to the compiler, which would unroll our last loops
 uniform vec2 edges[INTERVALS + 4];  // value, and the base function's integral up to it
 
 // Channels as the partition numbers them (intervals, below, above, no data) from ours, and back.
@@ -67,28 +68,36 @@ vec2 clipToBox(vec3 origin, vec3 direction) {
 #if LAYERS > 0
 uniform float isovalues[LAYERS];
 
-// Where the trilinear field passes `iso` between samples a and b that lie on its two sides: regula
-// falsi on the field itself.
-float refine(float iso, float za, float zb, float a, float b, vec3 origin, vec3 direction) {
+// Where the trilinear field first passes `iso` in step `hit` (negative: in none): regula falsi on
+// the field itself, between the samples at its ends. +infinity unless the straight line between
+// them passes it before the exit.
+float layerDepth(float hit, float iso, float zIn, float zOut, vec3 origin, vec3 direction) {
+  bool found = hit > -1e29;
+  float za = found ? hit * stepDepth : zIn, zb = za + stepDepth;
+  float a = sampleAt(textureAt(origin + za * direction));
+  float b = sampleAt(textureAt(origin + zb * direction));
+  found = found && mix(za, zb, (iso - a) / (b - a)) <= zOut;
+  float z = za;
   for (int i = 0; i < 3; ++i) {
-    float z = mix(za, zb, clamp((iso - a) / (b - a), 0.0, 1.0));
+    z = mix(za, zb, clamp((iso - a) / (b - a), 0.0, 1.0));
     float f = sampleAt(textureAt(origin + z * direction));
-    if (f > kGapEdge) break;
+    if (isGap(f) || f == iso) break;
     bool before = (f < iso) == (a < iso);
     za = before ? z : za;
     a = before ? f : a;
     zb = before ? zb : z;
     b = before ? b : f;
+    z = mix(za, zb, clamp((iso - a) / (b - a), 0.0, 1.0));
   }
-  return a == b ? za : mix(za, zb, clamp((iso - a) / (b - a), 0.0, 1.0));
+  return found ? z : kInfinity;
 }
 #endif
 
 #ifdef REFERENCE
-// The colour of the step between samples `raw` and `fresh`: its extinction-weighted mean, of the
-// whole step even where only a part is in the box, so that blocks add up.
-vec3 stepColor(float raw, float fresh, float z, vec3 origin, vec3 direction) {
-  vec3 color = meanColor(raw, fresh, baseAt(raw).integral, baseAt(fresh).integral);
+// The colour of the step between samples f0 and f1 with middle z: its extinction-weighted mean, of
+// the whole step even where only a part is in the box, so that blocks add up.
+vec3 stepColor(float f0, float f1, float z, vec3 origin, vec3 direction) {
+  vec3 color = meanColor(f0, f1);
 #ifdef PHONG
   // Blinn-Phong with a headlight: light, viewer and half vector are one.
   float facing = abs(dot(normalAt(origin + z * direction, direction), normalize(direction)));
@@ -100,8 +109,9 @@ vec3 stepColor(float raw, float fresh, float z, vec3 origin, vec3 direction) {
 
 int planeSize, place, plane = 0;
 
+// The planes are zero to begin with: most channels of most rays stay so, and a store costs.
 void put(float value) {
-  planes[plane * planeSize + place] = value;
+  if (value != 0.0) planes[plane * planeSize + place] = value;
   ++plane;
 }
 
@@ -119,95 +129,108 @@ void main() {
   vec3 direction = directionAt[0] + at.x * directionAt[1] + at.y * directionAt[2];
   vec3 textureOrigin0 = origin * textureFromLocal + textureOrigin;
   vec3 textureDirection = direction * textureFromLocal;
-  float lengthPerDepth = length(direction);
+  float lengthPerDepth = length(direction), stepLength = stepDepth * lengthPerDepth;
   vec2 inBox = clipToBox(origin, direction);
   bool miss = !(inBox.x < inBox.y);
   float zIn = miss ? 0.0 : inBox.x, zOut = miss ? 0.0 : inBox.y;
 
-  // The entry stands between two samples; the value is linear there.
+  // The march begins at the sample before the entry, which stands between two samples with the
+  // value linear in between; what it meets before the entry counts for nothing.
   float index = floor(zIn / stepDepth);
-  float raw = SAMPLE(index * stepDepth);
-  float f0 = SAMPLE((index + 1.0) * stepDepth);
-  f0 = max(raw, f0) > kGapEdge ? kGap : mix(raw, f0, clamp(zIn / stepDepth - index, 0.0, 1.0));
-  float z0 = zIn;
+  float f0 = SAMPLE(index * stepDepth);
+  float fIn = SAMPLE((index + 1.0) * stepDepth);
+  fIn = isGap(max(f0, fIn)) ? kGap : mix(f0, fIn, clamp(zIn / stepDepth - index, 0.0, 1.0));
 
+#ifdef RUNS
   // The run that the ray is in: its channel, that channel's edges, where it began.
   int channel = 0;
   while (f0 >= edges[channel + 1].x) ++channel;
   vec2 low = edges[channel], high = edges[channel + 1];
   float runStart = zIn;
-#ifdef RUNS
   int firstRun = -1, lastRun = channel;  // channels of the first and last run longer than nothing
-  vec4 sums[kChannels];  // length, moment, runs, attenuation
+  vec4 sums[kChannels];                  // length, moment, runs, attenuation
   for (int c = 0; c < kChannels; ++c) sums[c] = vec4(0.0);
 #endif
 #ifdef BASE
-  float tau0 = 0.0, runTransmittance = 1.0;
+  // Optical depth is counted from the entry.
   Base base0 = baseAt(f0);
+  float tau0 = (index * stepDepth - zIn) * lengthPerDepth *
+               meanExtinction(f0, fIn, base0, baseAt(fIn));
+  float runTransmittance = 1.0;
 #endif
 #ifdef MIP
-  float largest = f0 < kGapEdge ? f0 : -kInfinity;
+  float largest = isGap(fIn) ? -kInfinity : fIn;
 #endif
 #ifdef REFERENCE
   vec3 light = vec3(0.0);
 #endif
-  // Of the step where a layer is first met: index (negative: none yet) and the samples at its ends.
-#define LAYER_START(m) float hit##m = -1e30, hitLow##m = 0.0, hitHigh##m = 1.0;
+  // Of each layer, the index of the step where it is first met; negative: none yet.
+  float layerFrom = fIn;
+#define LAYER_START(m) float hit##m = -1e30;
   EACH_LAYER(LAYER_START)
 
-  while (z0 < zOut) {
+  // The state at the start of the last stretch: from there the exit is walked to in the end.
+  float lastIndex = index, lastF = f0;
+#ifdef BASE
+  Base lastBase = base0;
+  float lastTau = tau0;
+#endif
+
+  // Loops test at their end: a test at the head costs the vector unit one more turn.
+  do {
+    lastIndex = index;
+    lastF = f0;
+#ifdef BASE
+    lastBase = base0;
+    lastTau = tau0;
+#endif
+
     // Names end in the number of the sample in this stretch.
-    float F0 = f0, Z0 = z0;
+    float F0 = f0;
 #ifdef BASE
     Base BASE0 = base0;
     float TAU0 = tau0;
-#define BASE_STEP(i, j)                                                             \
-  Base BASE##j = baseAt(F##j);                                                      \
-  float TAU##j = TAU##i + (Z##j - Z##i) * lengthPerDepth *                          \
-                              meanExtinction(F##i, F##j, BASE##i, BASE##j);
+#define BASE_STEP(i, j)                                                                       \
+  Base BASE##j = baseAt(F##j);                                                                \
+  float TAU##j = TAU##i + stepLength * meanExtinction(F##i, F##j, BASE##i, BASE##j);
 #else
 #define BASE_STEP(i, j)
 #endif
 #ifdef MIP
-#define MIP_STEP(j) largest = max(largest, F##j < kGapEdge ? F##j : -kInfinity);
+#define MIP_STEP(j)                                                              \
+  largest = max(largest, (index + float(j)) * stepDepth <= zOut && !isGap(F##j) ? F##j : -kInfinity);
 #else
 #define MIP_STEP(j)
 #endif
 #ifdef REFERENCE
-    vec3 color;
-#define REFERENCE_STEP(i, j)                                                                   \
-  light += max(exp(-TAU##i) - exp(-TAU##j), 0.0) * color;
-#define COLOR_STEP                                                                             \
-  color = stepColor(raw, fresh, (index + 0.5) * stepDepth, origin, direction);
+    // The last step, which may end after the exit, is left for the end.
+#define REFERENCE_STEP(i, j)                                                                 \
+  if ((index + float(j)) * stepDepth < zOut) {                                               \
+    light += (exp(-max(TAU##i, 0.0)) - exp(-max(TAU##j, 0.0))) *                             \
+             stepColor(F##i, F##j, (index + float(i) + 0.5) * stepDepth, origin, direction); \
+  }
 #else
 #define REFERENCE_STEP(i, j)
-#define COLOR_STEP
 #endif
-#define LAYER_STEP(m)                                                              \
-  if (hit##m < -1e29 && (fa < isovalues[m]) != (fb < isovalues[m])) {              \
-    hit##m = index;                                                                \
-    hitLow##m = raw;                                                               \
-    hitHigh##m = fresh;                                                            \
+#if LAYERS > 0
+#define LAYER_STEP(m) \
+  if (hit##m < -1e29 && (layerFrom < isovalues[m]) != (layerTo < isovalues[m])) hit##m = layerStep;
+#define LAYER_STEPS(i, j)                                            \
+  {                                                                  \
+    float layerStep = index + float(i);                              \
+    float layerTo = isGap(max(layerFrom, F##j)) ? layerFrom : F##j;  \
+    EACH_LAYER(LAYER_STEP)                                           \
+    layerFrom = F##j;                                                \
   }
+#else
+#define LAYER_STEPS(i, j)
+#endif
 
-    // The last step ends at the exit, between two samples; steps after it stand still.
-#define STEP(i, j)                                                                 \
-  float F##j, Z##j;                                                                \
-  {                                                                                \
-    float next = (index + 1.0) * stepDepth;                                        \
-    float fresh = SAMPLE(next);                                                    \
-    COLOR_STEP                                                                     \
-    float cut = mix(raw, fresh, zOut / stepDepth - index);                         \
-    F##j = next <= zOut ? fresh                                                    \
-           : Z##i < zOut ? (max(raw, fresh) > kGapEdge ? kGap : cut) : F##i;       \
-    Z##j = clamp(next, Z##i, zOut);                                                \
-    float fa = F##i, fb = max(F##i, F##j) > kGapEdge ? F##i : F##j;                \
-    EACH_LAYER(LAYER_STEP)                                                         \
-    raw = fresh;                                                                   \
-    index += 1.0;                                                                  \
-  }                                                                                \
-  MIP_STEP(j)                                                                      \
-  BASE_STEP(i, j)                                                                  \
+#define STEP(i, j)                                           \
+  float F##j = SAMPLE((index + float(j)) * stepDepth);       \
+  LAYER_STEPS(i, j)                                          \
+  MIP_STEP(j)                                                \
+  BASE_STEP(i, j)                                            \
   REFERENCE_STEP(i, j)
 
     EACH_STEP(STEP)
@@ -215,58 +238,110 @@ void main() {
 #ifdef RUNS
     // Leave the channel where the ray crosses one of its edges, one crossing a turn.
     int from = 0;  // the first step of this stretch that may hold one
-    while (true) {
+    bool crosses;
+    do {
       int where = STRETCH;
-      float fa = 0.0, fb = 1.0, za = 0.0, zb = 0.0, sa = 0.0, sb = 0.0, ta = 0.0, tb = 0.0;
+      float fa = 0.0, fb = 1.0, sa = 0.0, sb = 0.0, ta = 0.0, tb = 0.0;
 #ifdef BASE
 #define FIND_BASE(i, j) \
   sa = BASE##i.integral, sb = BASE##j.integral, ta = TAU##i, tb = TAU##j
 #else
 #define FIND_BASE(i, j)
 #endif
-#define FIND(i, j)                                                \
-  if (i >= from && (F##j < low.x || F##j >= high.x)) {            \
-    where = i, fa = F##i, fb = F##j, za = Z##i, zb = Z##j;        \
-    FIND_BASE(i, j);                                              \
+#define FIND(i, j)                                      \
+  if (i >= from && (F##j < low.x || F##j >= high.x)) {  \
+    where = i, fa = F##i, fb = F##j;                    \
+    FIND_BASE(i, j);                                    \
   }
+#define MORE(i, j) (i >= from && (F##j < low.x || F##j >= high.x)) ||
       EACH_STEP_BACK(FIND)
-      if (where == STRETCH) break;
 
-      // A step with an end without data has none as a whole.
-      bool intoGap = fb > kGapEdge, outOfGap = channel == kNoData, up = fb >= high.x;
+      bool up = fb >= high.x;
       vec2 edge = up ? high : low;
       float t = clamp((edge.x - fa) / (fb - fa), 0.0, 1.0);
+#ifdef GAPS
+      // A step with an end without data has none as a whole.
+      bool intoGap = fb > kGapEdge, outOfGap = channel == kNoData;
       t = intoGap ? 0.0 : outOfGap ? 1.0 : t;
-      float z = mix(za, zb, t);
-      float run = z - runStart;
-      vec4 add = vec4(run, 0.5 * run * (z + runStart), run > 0.0 ? 1.0 : 0.0, 0.0);
-      runStart = z;
-      lastRun = run > 0.0 ? channel : lastRun;
-      firstRun = firstRun < 0 && run > 0.0 ? channel : firstRun;
+#endif
+      float z = max((index + float(where) + t) * stepDepth, zIn);
+      crosses = where < STRETCH && z < zOut;
+      if (crosses) {
+        float run = z - runStart;
+        vec4 add = vec4(run, 0.5 * run * (z + runStart), run > 0.0 ? 1.0 : 0.0, 0.0);
+        runStart = z;
+        lastRun = run > 0.0 ? channel : lastRun;
+        firstRun = firstRun < 0 && run > 0.0 ? channel : firstRun;
 #ifdef BASE
-      // Optical depth within the step follows the integral over the values that were passed.
-      float share = sa == sb || intoGap || outOfGap ? t : clamp((edge.y - sa) / (sb - sa), 0.0, 1.0);
-      float transmittance = exp(-mix(ta, tb, share));
-      add.w = runTransmittance - transmittance;
-      runTransmittance = transmittance;
+        // Optical depth within the step follows the integral over the values that were passed.
+        float share = clamp((edge.y - sa) / (sb - sa), 0.0, 1.0);
+        share = sa == sb ? t : share;
+#ifdef GAPS
+        share = intoGap || outOfGap ? t : share;
 #endif
-      sums[channel] += add;
+        float transmittance = exp(-max(mix(ta, tb, share), 0.0));
+        add.w = runTransmittance - transmittance;
+        runTransmittance = transmittance;
+#endif
+        sums[channel] += add;
 
-      from = outOfGap ? where + 1 : where;
-      channel = intoGap ? kNoData : outOfGap ? 0 : up ? channel + 1 : channel - 1;
-      while (outOfGap && fb >= edges[channel + 1].x) ++channel;
-      low = edges[channel];
-      high = edges[channel + 1];
-    }
+        from = where;
+        channel += up ? 1 : -1;
+        vec2 other = edges[up ? channel + 1 : channel];
+        low = up ? high : other;
+        high = up ? other : edge;
+#ifdef GAPS
+        if (intoGap || outOfGap) {
+          from = outOfGap ? where + 1 : where;
+          channel = intoGap ? kNoData : 0;
+          while (outOfGap && fb >= edges[channel + 1].x) ++channel;
+          low = edges[channel];
+          high = edges[channel + 1];
+        }
+#endif
+        crosses = EACH_STEP(MORE) false;
+      }
+    } while (crosses);
 #endif
 
-#define LAST(i, j) f0 = F##j, z0 = Z##j;
+#define LAST(i, j) f0 = F##j;
     EACH_STEP(LAST)
 #ifdef BASE
 #define LAST_BASE(i, j) base0 = BASE##j, tau0 = TAU##j;
     EACH_STEP(LAST_BASE)
 #endif
+    index += float(STRETCH);
+  } while (index * stepDepth < zOut);
+
+  // Walk to the exit, which stands between two samples like the entry.
+#if defined(BASE) || defined(MIP)
+  float fEnd = SAMPLE((lastIndex + 1.0) * stepDepth);
+  while ((lastIndex + 1.0) * stepDepth < zOut) {
+#ifdef BASE
+    Base baseEnd = baseAt(fEnd);
+    lastTau += stepLength * meanExtinction(lastF, fEnd, lastBase, baseEnd);
+    lastBase = baseEnd;
+#endif
+    lastF = fEnd;
+    lastIndex += 1.0;
+    fEnd = SAMPLE((lastIndex + 1.0) * stepDepth);
   }
+  float fOut = isGap(max(lastF, fEnd))
+                   ? kGap
+                   : mix(lastF, fEnd, clamp(zOut / stepDepth - lastIndex, 0.0, 1.0));
+#endif
+#ifdef MIP
+  largest = max(largest, isGap(fOut) ? -kInfinity : fOut);
+#endif
+#ifdef BASE
+  float tauOut = max(lastTau + (zOut - lastIndex * stepDepth) * lengthPerDepth *
+                                   meanExtinction(lastF, fOut, lastBase, baseAt(fOut)),
+                     0.0);
+#ifdef REFERENCE
+  light += (exp(-max(lastTau, 0.0)) - exp(-tauOut)) *
+           stepColor(lastF, fEnd, (lastIndex + 0.5) * stepDepth, origin, direction);
+#endif
+#endif
 
   put(miss ? kInfinity : depthOrigin + scale * zIn);
   put(miss ? -kInfinity : depthOrigin + scale * zOut);
@@ -276,7 +351,7 @@ void main() {
     float run = zOut - runStart;
     vec4 add = vec4(run, 0.5 * run * (zOut + runStart), run > 0.0 ? 1.0 : 0.0, 0.0);
 #ifdef BASE
-    add.w = runTransmittance - exp(-tau0);
+    add.w = runTransmittance - exp(-tauOut);
 #endif
     sums[channel] += add;
     lastRun = run > 0.0 ? channel : lastRun;
@@ -286,34 +361,30 @@ void main() {
   put(miss ? 255.0 : float(OUTER(lastRun)));
 #ifdef LENGTH
   float worldPerDepth = scale * lengthPerDepth;
-  for (int k = 0; k < kChannels; ++k) put(worldPerDepth * sums[INNER(k)].x);
-  for (int k = 0; k < kChannels; ++k) {
+  for (int k = 0; k < channels; ++k) put(worldPerDepth * sums[INNER(k)].x);
+  for (int k = 0; k < channels; ++k) {
     put(worldPerDepth * (depthOrigin * sums[INNER(k)].x + scale * sums[INNER(k)].y));
   }
-  for (int k = 0; k < kChannels; ++k) put(sums[INNER(k)].z);
+  for (int k = 0; k < channels; ++k) put(sums[INNER(k)].z);
 #endif
 #ifdef ATTENUATION
-  for (int k = 0; k < kChannels; ++k) put(sums[INNER(k)].w);
+  for (int k = 0; k < channels; ++k) put(sums[INNER(k)].w);
 #endif
 #endif
 #ifdef BASE
-  put(exp(-tau0));
+  put(exp(-tauOut));
 #endif
-#define LAYER_DEPTH(m)                                                                        \
-  float depth##m = kInfinity;                                                                 \
-  if (hit##m > -1e29) {                                                                       \
-    depth##m = refine(isovalues[m], hit##m * stepDepth, (hit##m + 1.0) * stepDepth, hitLow##m, \
-                      hitHigh##m, origin, direction);                                         \
-  }                                                                                           \
+#define LAYER_DEPTH(m)                                                                      \
+  float depth##m = layerDepth(hit##m, isovalues[m], zIn, zOut, origin, direction);          \
   put(depthOrigin + scale * depth##m);
   EACH_LAYER(LAYER_DEPTH)
-#define LAYER_NORMAL(m)                                                                       \
-  {                                                                                           \
-    bool found = hit##m > -1e29;                                                              \
+#define LAYER_NORMAL(m)                                                                     \
+  {                                                                                         \
+    bool found = depth##m < kInfinity;                                                      \
     vec3 n = eyeFromWorld * normalAt(origin + (found ? depth##m : 0.0) * direction, direction); \
-    put(found ? n.x : 0.0);                                                                   \
-    put(found ? n.y : 0.0);                                                                   \
-    put(found ? n.z : 0.0);                                                                   \
+    put(found ? n.x : 0.0);                                                                 \
+    put(found ? n.y : 0.0);                                                                 \
+    put(found ? n.z : 0.0);                                                                 \
   }
   EACH_LAYER(LAYER_NORMAL)
 #ifdef MIP

@@ -3,28 +3,24 @@
 // piecewise linear in cells of a table, so optical depth is exact for that table however a segment
 // is cut: depth between values f0 and f1 = length * (S(f1) - S(f0)) / (f1 - f0), S = ∫ extinction.
 
-uniform sampler2D base;   // row 0: S, extinction * cell, half its rise; rows 1, 2: ∫ extinction *
-                          // colour, and colour, at the start of the cell
-uniform vec3 baseRange;   // first value, cells / length, cells
+uniform samplerBuffer base;  // per cell: S, extinction * cell, half its rise (in units of S)
+uniform vec2 baseCells;      // cells / value, and the cell of value 0; cell 0 and the last one go on
+uniform float baseLast;      // for ever with constant extinction
 
 struct Base {
   float integral;  // S
   float extinction;
 };
 
-// The cell of a value and how far into it; x.z: how far beyond the table, in cells.
-vec3 baseCellAt(float f) {
-  float x = ((f > kGapEdge ? 0.0 : f) - baseRange.x) * baseRange.y;
-  float inside = clamp(x, 0.0, baseRange.z);
-  float cell = min(floor(inside), baseRange.z - 1.0);
-  return vec3(cell, inside - cell, x - inside);
-}
-
 Base baseAt(float f) {
-  vec3 x = baseCellAt(f);
-  vec4 t = texelFetch(base, ivec2(int(x.x), 0), 0);
-  float slope = t.y + 2.0 * x.y * t.z;
-  return Base(t.x + x.y * (t.y + x.y * t.z) + x.z * slope, slope * baseRange.y);
+  float x = f * baseCells.x + baseCells.y;
+#ifdef GAPS
+  x = f < kGapEdge ? x : 0.0;
+#endif
+  int cell = int(clamp(x, 0.0, baseLast));
+  float u = x - float(cell);
+  vec4 t = texelFetch(base, cell);
+  return Base(t.x + u * (t.y + u * t.z), (t.y + 2.0 * u * t.z) * baseCells.x);
 }
 
 // Mean extinction of a segment.
@@ -32,24 +28,30 @@ float meanExtinction(float f0, float f1, Base b0, Base b1) {
   float rise = f1 - f0;
   float mean = abs(rise) > 1e-3 ? (b1.integral - b0.integral) / rise
                                 : 0.5 * (b0.extinction + b1.extinction);
-  return max(f0, f1) > kGapEdge ? 0.0 : max(mean, 0.0);
+#ifdef GAPS
+  mean = max(f0, f1) < kGapEdge ? mean : 0.0;
+#endif
+  return mean;
 }
 
 #ifdef REFERENCE
-vec3 baseRow(int row, float f) {
-  vec3 x = baseCellAt(f);
-  vec3 a = texelFetch(base, ivec2(int(x.x), row), 0).rgb;
-  vec3 b = texelFetch(base, ivec2(int(x.x) + 1, row), 0).rgb;
-  return mix(a, b, x.y);
+uniform samplerBuffer baseColor;  // two texels a cell, at its start: ∫ extinction * colour, colour
+
+vec3 baseColorAt(int row, float f) {
+  float x = f * baseCells.x + baseCells.y;
+  int cell = int(clamp(x, 0.0, baseLast - 1.0));
+  return mix(texelFetch(baseColor, 2 * cell + row).rgb, texelFetch(baseColor, 2 * cell + 2 + row).rgb,
+             clamp(x - float(cell), 0.0, 1.0));
 }
 
 // Extinction-weighted mean colour of a segment.
-vec3 meanColor(float f0, float f1, float integral0, float integral1) {
-  float weight = integral1 - integral0;
-  bool inside = min(f0, f1) >= baseRange.x && max(f0, f1) <= baseRange.x + baseRange.z / baseRange.y;
-  if (inside && abs(f1 - f0) > 4.0 / baseRange.y && abs(weight) > 1e-5) {
-    return clamp((baseRow(1, f1) - baseRow(1, f0)) / weight, 0.0, 1.0);
+vec3 meanColor(float f0, float f1) {
+  float weight = baseAt(f1).integral - baseAt(f0).integral;
+  vec2 x = vec2(f0, f1) * baseCells.x + baseCells.y;
+  bool inside = min(x.x, x.y) >= 1.0 && max(x.x, x.y) <= baseLast;
+  if (inside && abs(x.y - x.x) > 4.0 && abs(weight) > 1e-5) {
+    return clamp((baseColorAt(0, f1) - baseColorAt(0, f0)) / weight, 0.0, 1.0);
   }
-  return baseRow(2, 0.5 * (f0 + f1));
+  return baseColorAt(1, 0.5 * (f0 + f1));
 }
 #endif

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The samples of a block as a field over local space: (world - centre) / scale, with the centre and
 // the scale of the whole domain. Marcher puts this file, march_base.glsl and march.glsl together
-// and defines AXIS_X, AXIS_Y, AXIS_Z for axes whose nodes are not evenly spaced, and FILTER where
-// the device does not filter float textures in full precision.
+// and defines AXIS_X, AXIS_Y, AXIS_Z for axes whose nodes are not evenly spaced, FILTER where the
+// device does not filter float textures in full precision, and GAPS where samples without data
+// occur.
 
 uniform sampler3D volume;
 uniform ivec3 nodeCount;
@@ -85,7 +86,18 @@ float fieldAt(vec3 t) {
 
 float sampleAt(vec3 t) {
   float f = fieldAt(t);
-  return f == f ? f : kGap;
+#ifdef GAPS
+  f = abs(f) < kGapEdge ? f : kGap;
+#endif
+  return f;
+}
+
+bool isGap(float f) {
+#ifdef GAPS
+  return f > kGapEdge;
+#else
+  return false;
+#endif
 }
 
 // Central differences, one-sided at the border, in local units (method §1).

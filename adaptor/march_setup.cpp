@@ -63,23 +63,23 @@ BaseTable::BaseTable(const TransferFunction& base, const IntervalPartition& part
     first = std::clamp(partition.normalised(base.opacityPoints().front().value), -1.5, 0.0);
     last = std::clamp(partition.normalised(base.opacityPoints().back().value), 1.0, 2.5);
   }
-  cells = std::min(kMostCells, int(std::ceil((last - first) * kCellsPerRange)));
-  const double cell = (last - first) / cells;
-  low = float(first);
+  const int inner = std::min(kMostCells, int(std::ceil((last - first) * kCellsPerRange)));
+  const double cell = (last - first) / inner;
   cellsPerValue = float(1.0 / cell);
+  cellOfZero = float(1.0 - first / cell);  // after the cell that goes on downward
+  lastCell = float(inner + 1);
 
-  const std::size_t row = std::size_t(cells) + 1;
-  texels.assign(3 * row, glm::vec4(0.0f));
   const auto valueAt = [&](int i) { return partition.denormalised(first + i * cell); };
   const auto extinctionAt = [&](int i) { return base.extinction(valueAt(i)) * scale * cell; };
-  double integral = 0.0, here = extinctionAt(0);
+  double here = extinctionAt(0), integral = 0.0;
   glm::dvec3 light{0.0}, color = base.color(valueAt(0));
-  for (int i = 0; i <= cells; ++i) {
-    const double next = i < cells ? extinctionAt(i + 1) : here;
-    const glm::dvec3 nextColor = i < cells ? base.color(valueAt(i + 1)) : color;
-    texels[std::size_t(i)] = {integral, here, 0.5 * (next - here), 0.0};
-    texels[row + std::size_t(i)] = glm::vec4(light, 0.0);
-    texels[2 * row + std::size_t(i)] = glm::vec4(color, 0.0);
+  cells.push_back({-here, here, 0.0, 0.0});
+  colors.insert(colors.end(), {glm::vec4(-here * color, 0.0), glm::vec4(color, 0.0)});
+  for (int i = 0; i <= inner; ++i) {
+    const double next = i < inner ? extinctionAt(i + 1) : here;
+    const glm::dvec3 nextColor = i < inner ? base.color(valueAt(i + 1)) : color;
+    cells.push_back({integral, here, 0.5 * (next - here), 0.0});
+    colors.insert(colors.end(), {glm::vec4(light, 0.0), glm::vec4(color, 0.0)});
     integral += 0.5 * (here + next);
     // Both factors are linear in the cell.
     light += here * (color / 3.0 + nextColor / 6.0) + next * (color / 6.0 + nextColor / 3.0);
@@ -89,12 +89,11 @@ BaseTable::BaseTable(const TransferFunction& base, const IntervalPartition& part
 }
 
 float BaseTable::integral(float value) const {
-  const float x = (value - low) * cellsPerValue;
-  const float inside = std::clamp(x, 0.0f, float(cells));
-  const float cell = std::min(std::floor(inside), float(cells - 1));
-  const float u = inside - cell;
-  const glm::vec4& t = texels[std::size_t(cell)];
-  return t.x + u * (t.y + u * t.z) + (x - inside) * (t.y + 2.0f * u * t.z);
+  const float x = value * cellsPerValue + cellOfZero;
+  const float cell = std::floor(std::clamp(x, 0.0f, lastCell));
+  const float u = x - cell;
+  const glm::vec4& t = cells[std::size_t(cell)];
+  return t.x + u * (t.y + u * t.z);
 }
 
 std::vector<glm::vec2> channelEdges(const IntervalPartition& partition, const BaseTable* base) {

@@ -35,11 +35,12 @@ struct MarchRays {
 
 /// The base transfer function over normalised values, as march_base.glsl reads it.
 struct BaseTable {
-  int cells = 0;
-  float low = 0.0f, cellsPerValue = 1.0f;
-  /// Three rows of cells + 1: (∫ extinction, extinction * cell, half its rise), ∫ extinction *
-  /// colour, colour. Extinction is per local unit.
-  std::vector<glm::vec4> texels;
+  float cellsPerValue = 1.0f, cellOfZero = 0.0f, lastCell = 1.0f;
+  /// Per cell: (∫ extinction up to it, extinction * cell, half its rise); extinction is per local
+  /// unit. The first and the last cell go on for ever.
+  std::vector<glm::vec4> cells;
+  /// Two per cell: ∫ extinction * colour up to it, colour at its start.
+  std::vector<glm::vec4> colors;
 
   BaseTable(const TransferFunction& base, const IntervalPartition& partition, double scale);
   /// ∫ extinction up to a normalised value.

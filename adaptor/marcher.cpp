@@ -26,11 +26,11 @@ namespace {
 
 using Defines = std::vector<std::pair<std::string, std::string>>;
 
-constexpr int kStretch = 8;                        ///< steps between two looks for crossings
-constexpr int kTile = 8;                           ///< pixels a side of a workgroup
-constexpr std::size_t kStagingBytes = 8u << 20;    ///< of a slab on its way to the texture
-constexpr std::size_t kBandBytes = 16u << 20;      ///< of the planes of a band of rows
-enum Unit { kVolumeUnit, kBaseUnit, kNodesUnit };  // kNodesUnit + axis
+constexpr int kStretch = 8;                      ///< steps between two looks for crossings
+constexpr int kTile = 8;                         ///< pixels a side of a workgroup
+constexpr std::size_t kStagingBytes = 8u << 20;  ///< of a slab on its way to the texture
+constexpr std::size_t kBandBytes = 16u << 20;    ///< of the planes of a band of rows
+enum Unit { kVolumeUnit, kBaseUnit, kBaseColorUnit, kNodesUnit };  // kNodesUnit + axis
 
 class Stopwatch {
  public:
@@ -63,6 +63,21 @@ gl::Texture makeTable(int unit, int width, const std::vector<glm::vec4>& texels)
   return table;
 }
 
+/// A table of texels that shaders read by index.
+struct BufferTable {
+  gl::Buffer buffer;
+  gl::Texture texture{GL_TEXTURE_BUFFER};
+
+  BufferTable(int unit, const std::vector<glm::vec4>& texels) {
+    const gl::Functions& f = gl::functions();
+    f.BindBuffer(GL_TEXTURE_BUFFER, buffer.id());
+    f.BufferData(GL_TEXTURE_BUFFER, GLsizeiptr(texels.size() * sizeof(glm::vec4)), texels.data(),
+                 GL_STREAM_DRAW);
+    texture.bind(unit);
+    f.TexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, buffer.id());
+  }
+};
+
 /// "X(0, 1) X(1, 2) …" for the shader's unrolled loops.
 std::string unrolled(int count, bool pairs, bool backward = false) {
   std::string text;
@@ -86,6 +101,16 @@ void checkRequest(const MarchRequest& request) {
                   "the isovalue " + std::to_string(isovalue) + " is not finite");
     }
   }
+}
+
+bool anyNotFinite(const float* values, std::size_t count) {
+  std::uint32_t largest = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint32_t bits;
+    std::memcpy(&bits, values + i, sizeof bits);
+    largest = std::max(largest, bits & 0x7fffffffu);
+  }
+  return largest >= 0x7f800000u;
 }
 
 /// An image in which every ray misses.
@@ -182,6 +207,7 @@ struct Marcher::Impl {
   std::shared_ptr<gl::Device> device;
   BlockGrid grid;
   std::array<int, 3> volumeSize{0, 0, 0};
+  bool hasGaps = false;  ///< samples without data in the volume
   std::optional<gl::Texture> volume;
   std::optional<gl::Buffer> planes;
   std::map<std::string, gl::Program> programs;
@@ -221,12 +247,14 @@ void Marcher::Impl::uploadSlabs(const FillSlab& fill) {
   const int depth =
       int(std::clamp<std::size_t>(kStagingBytes / (layer * sizeof(float)), 1, std::size_t(nz)));
   std::vector<float> staging(layer * std::size_t(depth));
+  hasGaps = false;
   volume->bind(kVolumeUnit);
   f.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
   for (int z = 0; z < nz; z += depth) {
     const int end = std::min(nz, z + depth);
     Stopwatch watch;
     fill(z, end, staging.data());
+    hasGaps = hasGaps || anyNotFinite(staging.data(), layer * std::size_t(end - z));
     times.fill += watch.lap();
     f.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, z, nx, ny, end - z, GL_RED, GL_FLOAT, staging.data());
     times.upload += watch.lap();
@@ -252,6 +280,7 @@ gl::Program& Marcher::Impl::program(const MarchRequest& request,
   flag("REFERENCE", request.reference);
   flag("PHONG", request.reference && request.phong);
   flag("BASE", request.attenuation || request.reference);
+  flag("GAPS", hasGaps);
   flag("AXIS_X", !axes[0].even);
   flag("AXIS_Y", !axes[1].even);
   flag("AXIS_Z", !axes[2].even);
@@ -291,6 +320,7 @@ void Marcher::Impl::setUniforms(const gl::Program& program, const MarchRequest& 
   f.Uniform3fv(at("guesses"), 3, glm::value_ptr(guesses[0]));
 
   const MarchRays rays(frame, request.camera, request.size);
+  f.Uniform1i(at("channels"), request.partition.channels());
   f.Uniform2i(at("size"), request.size.width, request.size.height);
   f.Uniform3fv(at("originAt"), 3, glm::value_ptr(rays.origin[0]));
   f.Uniform3fv(at("directionAt"), 3, glm::value_ptr(rays.direction[0]));
@@ -361,6 +391,7 @@ void Marcher::Impl::marchBands(const gl::Program& program, const MarchRequest& r
     Stopwatch watch;
     const int count = std::min(rows, height - row);
     f.Uniform2i(program.uniform("band"), row, count);
+    f.ClearBufferData(GL_SHADER_STORAGE_BUFFER, GL_R32F, GL_RED, GL_FLOAT, nullptr);
     f.DispatchCompute(GLuint((width + kTile - 1) / kTile), GLuint((count + kTile - 1) / kTile), 1);
     f.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     f.Finish();
@@ -391,11 +422,15 @@ RayImage Marcher::Impl::march(const MarchRequest& request) {
     if (!axis.even) tables.push_back(makeTable(kNodesUnit + i, axis.width, axis.texels));
   }
   std::optional<BaseTable> base;
+  std::vector<BufferTable> baseTables;
   if (request.attenuation || request.reference) {
     base.emplace(request.base, request.partition, frame.scale);
-    tables.push_back(makeTable(kBaseUnit, base->cells + 1, base->texels));
+    baseTables.emplace_back(kBaseUnit, base->cells);
+    baseTables.emplace_back(kBaseColorUnit, base->colors);
     f.Uniform1i(program.uniform("base"), kBaseUnit);
-    f.Uniform3f(program.uniform("baseRange"), base->low, base->cellsPerValue, float(base->cells));
+    f.Uniform1i(program.uniform("baseColor"), kBaseColorUnit);
+    f.Uniform2f(program.uniform("baseCells"), base->cellsPerValue, base->cellOfZero);
+    f.Uniform1f(program.uniform("baseLast"), base->lastCell);
   }
   const auto edges = channelEdges(request.partition, base ? &*base : nullptr);
   f.Uniform2fv(program.uniform("edges"), GLsizei(edges.size()), glm::value_ptr(edges[0]));

@@ -135,6 +135,7 @@ ProxyImage attenuationProxy(ImageSize size) {
   ProxyImage image{header(kind::kAttenuation, size), {}};
   ProxyPart attenuation = part("attenuation", image.header);
   addChannel(attenuation, "T", size.pixels(), ChannelStorage::Half);
+  attenuation.error = 0x1p-12;  // half rounding below 1
   const IntervalLook look = image.header.base->onIntervals(*image.header.partition);
   forPixels(size, [&](int x, int y, std::size_t i) {
     double left = 1.0;

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The program vestige-explorer as its users meet it, and the proof that it has no way to the
+// fields.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "explorer/picture.h"
+#include "synthetic.h"
+
+namespace vestige {
+namespace {
+
+struct Outcome {
+  int code;
+  std::string text;  ///< standard output and error
+};
+
+Outcome shell(const std::string& command) {
+  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  Outcome outcome{-1, {}};
+  std::array<char, 4096> buffer;
+  for (std::size_t n; (n = fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
+    outcome.text.append(buffer.data(), n);
+  }
+  const int status = pclose(pipe);
+  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return outcome;
+}
+
+Outcome explorer(const std::string& arguments) {
+  return shell(std::string("'") + VESTIGE_EXPLORER + "' " + arguments);
+}
+
+std::string contentOf(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class Program : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new synthetic::TemporaryFolder;
+    synthetic::writeArchive(folder_->path() / "run.cdb", {64, 48}, 3);
+  }
+  static void TearDownTestSuite() { delete folder_; }
+  static std::string archive() { return "'" + (folder_->path() / "run.cdb").string() + "'"; }
+  static std::string file(const std::string& name) { return (folder_->path() / name).string(); }
+
+  static synthetic::TemporaryFolder* folder_;
+};
+synthetic::TemporaryFolder* Program::folder_ = nullptr;
+
+TEST_F(Program, ListsAnArchiveForPeopleAndForPrograms) {
+  const Outcome human = explorer("info " + archive());
+  EXPECT_EQ(human.code, 0) << human.text;
+  for (const char* word : {"3 steps", "view front", "density [kg/m3]", "5 intervals", "length"}) {
+    EXPECT_NE(human.text.find(word), std::string::npos) << word << " in " << human.text;
+  }
+  const Outcome machine = explorer("info --json " + archive());
+  const auto info = nlohmann::json::parse(machine.text);
+  EXPECT_EQ(info["cycles"], (nlohmann::json{0, 10, 20}));
+  EXPECT_EQ(info["fields"][0]["bounds"].size(), 6u);
+  EXPECT_EQ(info["proxies"].size(), 5u);
+}
+
+TEST_F(Program, ShowsTimingsWhereTheRunLeftThem) {
+  EXPECT_EQ(explorer("info --timings " + archive()).code, 1);
+  std::filesystem::copy(folder_->path() / "run.cdb", folder_->path() / "timed.cdb",
+                        std::filesystem::copy_options::recursive);
+  std::ofstream(file("timed.cdb/timings.csv")) << "cycle,march_s\n0,0.5\n10,1.5\n";
+  const Outcome outcome = explorer("info --timings '" + file("timed.cdb") + "'");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_NE(outcome.text.find("march_s"), std::string::npos);
+  EXPECT_TRUE(std::regex_search(outcome.text, std::regex("mean +1\\n"))) << outcome.text;
+}
+
+TEST_F(Program, RendersAPictureAndSaysWhichProxyAnswered) {
+  const Outcome outcome = explorer("render " + archive() + " -o '" + file("a.png") +
+                                   "' --colorbar --axes --box --time-label --trust -v");
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_NE(outcome.text.find("length answers"), std::string::npos) << outcome.text;
+  EXPECT_NE(outcome.text.find("trust:"), std::string::npos);
+  EXPECT_EQ(readPicture(file("a.png")).size, (ImageSize{64, 48}));
+}
+
+TEST_F(Program, GivesTheSamePictureFromASavedLook) {
+  const std::string options =
+      "--step 10 --opacity '0.2:0,0.5:0.4,1:0.9' --colormap inferno --light 20,40 --ao "
+      "--enhance --rotate 25,10 --size 80x60 --background '#203040' --source layers";
+  ASSERT_EQ(explorer("render " + archive() + " -o '" + file("b.png") + "' " + options +
+                     " --save-look '" + file("b.json") + "'")
+                .code,
+            0);
+  ASSERT_EQ(explorer("render " + archive() + " -o '" + file("c.png") + "' --look '" +
+                     file("b.json") + "'")
+                .code,
+            0);
+  EXPECT_EQ(contentOf(file("b.png")), contentOf(file("c.png")));
+}
+
+TEST_F(Program, ComparesPicturesAndArchives) {
+  explorer("render " + archive() + " -o '" + file("d.exr") + "'");
+  explorer("render " + archive() + " -o '" + file("e.exr") + "' --via attenuation");
+  EXPECT_NE(explorer("compare '" + file("d.exr") + "' '" + file("d.exr") + "'").text.find("inf dB"),
+            std::string::npos);
+  const auto measures = nlohmann::json::parse(
+      explorer("compare --json '" + file("d.exr") + "' '" + file("e.exr") + "'").text);
+  EXPECT_GT(measures["psnr"].get<double>(), 10.0);
+  EXPECT_LT(measures["psnr"].get<double>(), 100.0);
+  const Outcome both = explorer("compare " + archive() + " " + archive());
+  EXPECT_EQ(both.code, 0) << both.text;
+  EXPECT_EQ(std::count(both.text.begin(), both.text.end(), '\n'), 3);
+}
+
+TEST_F(Program, ChecksAndFindsDamage) {
+  EXPECT_EQ(explorer("check " + archive()).code, 0);
+  const std::filesystem::path copy = folder_->path() / "damaged.cdb";
+  std::filesystem::copy(folder_->path() / "run.cdb", copy,
+                        std::filesystem::copy_options::recursive);
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(copy)) {
+    if (entry.path().extension() == ".exr") {
+      std::filesystem::resize_file(entry.path(), std::filesystem::file_size(entry.path()) / 2);
+      break;
+    }
+  }
+  const Outcome outcome = explorer("check '" + copy.string() + "'");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.text.find(".exr"), std::string::npos) << outcome.text;
+}
+
+TEST_F(Program, ExportsNumbers) {
+  const Outcome outcome =
+      explorer("export " + archive() + " -o '" + file("numbers") + "' --step 10 --proxy length");
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  const std::string array = contentOf(file("numbers/10_front_density_length_length.npy"));
+  EXPECT_EQ(array.substr(1, 5), "NUMPY");
+  EXPECT_NE(array.find("'shape': (8,48,64,)"), std::string::npos);
+  EXPECT_EQ(array.size() % 64, 0u);
+  EXPECT_NE(contentOf(file("numbers/statistics.csv")).find("10,0.5,density,kg/m3,1000"),
+            std::string::npos)
+      << contentOf(file("numbers/statistics.csv"));
+  EXPECT_NE(contentOf(file("numbers/histograms.csv")).find(",4\n"), std::string::npos);
+  EXPECT_EQ(explorer("export " + archive() + " -o '" + file("x") + "' --field none").code, 1);
+}
+
+TEST_F(Program, MakesMoviesOverTimeAndOfATurn) {
+  const Outcome time = explorer("movie " + archive() + " -o '" + file("time.mp4") + "' --fps 5");
+  EXPECT_EQ(time.code, 0) << time.text;
+  EXPECT_NE(time.text.find("3 frames"), std::string::npos);
+  EXPECT_GT(std::filesystem::file_size(file("time.mp4")), 500u);
+  const Outcome turn = explorer("movie " + archive() + " -o '" + file("turn.mp4") +
+                                "' --turn 40 --frames 4 --size 63x47 --plain");
+  EXPECT_EQ(turn.code, 0) << turn.text;
+}
+
+TEST_F(Program, LeavesNoMovieWhenTheEncoderFails) {
+  const Outcome outcome = explorer("movie " + archive() + " -o '" + file("bad.nonsense") + "'");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.text.find("ffmpeg"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(file("bad.nonsense")));
+}
+
+TEST_F(Program, TellsErrorsFromWrongCommandLines) {
+  const auto says = [](const std::string& arguments, int code, const char* word) {
+    const Outcome outcome = explorer(arguments);
+    EXPECT_EQ(outcome.code, code) << arguments << "\n" << outcome.text;
+    EXPECT_NE(outcome.text.find(word), std::string::npos) << outcome.text;
+  };
+  says("render", 2, "archive");
+  says("paint", 2, "subcommand");
+  says("info /nowhere.cdb", 1, "/nowhere.cdb");
+  says("render " + archive() + " -o x.tiff", 1, ".png or .exr");
+  says("render " + archive() + " -o x.png --step 7", 1, "0, 10, 20");
+  says("render " + archive() + " -o x.png --factors 1,b", 1, "'b'");
+  says("render " + archive() + " -o x.png --size 10", 1, "--size");
+  says("render " + archive() + " -o x.png --colormap mauve", 1, "viridis");
+  says("render " + archive() + " -o x.png --look /nowhere.json", 1, "/nowhere.json");
+  says("render " + archive() + " -o /nowhere/x.png", 1, "/nowhere/x.png");
+}
+
+TEST_F(Program, WorksOnAnArchiveThatStandsAloneInAnEmptyFolder) {
+  synthetic::TemporaryFolder alone;
+  std::filesystem::copy(folder_->path() / "run.cdb", alone.path() / "run.cdb",
+                        std::filesystem::copy_options::recursive);
+  const Outcome outcome =
+      shell("cd '" + alone.path().string() + "' && env -i PATH=/usr/bin:/bin '" + VESTIGE_EXPLORER +
+            "' render run.cdb -o out.png --factors 1,0,2,1,1");
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_TRUE(std::filesystem::exists(alone.path() / "out.png"));
+}
+
+TEST_F(Program, SaysInDoctorThatAPictureCanBeMade) {
+  const Outcome outcome = explorer("doctor");
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  EXPECT_NE(outcome.text.find("self-test picture right"), std::string::npos);
+}
+
+TEST(Reach, TheProgramLinksNeitherAdaptorNorVtk) {
+  const Outcome libraries = shell(std::string("ldd '") + VESTIGE_EXPLORER + "'");
+  ASSERT_EQ(libraries.code, 0) << libraries.text;
+  ASSERT_NE(libraries.text.find("libc.so"), std::string::npos);
+  EXPECT_EQ(libraries.text.find("vtk"), std::string::npos) << libraries.text;
+  EXPECT_EQ(libraries.text.find("adaptor"), std::string::npos) << libraries.text;
+  // Whatever was linked statically shows by its symbols.
+  const Outcome symbols = shell(std::string("nm -C '") + VESTIGE_EXPLORER + "'");
+  ASSERT_EQ(symbols.code, 0);
+  ASSERT_NE(symbols.text.find("vestige::Renderer::render"), std::string::npos);
+  for (const char* name : {"vestige::Marcher", " vestige_open", " vestige_execute", "vtkDataSet"}) {
+    EXPECT_EQ(symbols.text.find(name), std::string::npos) << name;
+  }
+}
+
+TEST(Reach, NoSourceOfTheExplorerIncludesAdaptorOrVtk) {
+  const std::regex forbidden("#\\s*include\\s*[<\"](adaptor/|vtk|mini-sim/)");
+  int files = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(VESTIGE_EXPLORER_SOURCE)) {
+    const auto extension = entry.path().extension();
+    if (extension != ".h" && extension != ".cpp") continue;
+    ++files;
+    EXPECT_FALSE(std::regex_search(contentOf(entry.path()), forbidden)) << entry.path();
+  }
+  EXPECT_GT(files, 20);
+}
+
+}  // namespace
+}  // namespace vestige

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "explorer/annotate.h"
+#include "explorer/export.h"
+#include "explorer/layers.h"
+#include "explorer/movie.h"
+#include "explorer/npy.h"
+#include "explorer/parallel.h"
+#include "explorer/picture.h"
+#include "explorer/subprocess.h"
+#include "explorer/text.h"
+#include "explorer/trust.h"
+#include "proxy/error.h"
+#include "synthetic.h"
+
+namespace vestige {
+namespace {
+
+ErrorCode codeOf(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    return error.code();
+  }
+  ADD_FAILURE() << "nothing was thrown";
+  return ErrorCode::Internal;
+}
+
+TEST(Npy, HoldsAHeaderThatNumPyReadsAndTheValues) {
+  const std::vector<float> values{1.0f, 2.5f, -3.0f, 0.0f, 7.0f, 8.0f};
+  const std::vector<std::size_t> shape{2, 3};
+  const std::vector<std::byte> bytes = encodeNpy(values, shape);
+  const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  EXPECT_EQ(text.substr(0, 8), std::string("\x93NUMPY\x01\x00", 8));
+  const std::size_t header = std::size_t(bytes[8]) + 256 * std::size_t(bytes[9]);
+  EXPECT_EQ((10 + header) % 64, 0u);
+  EXPECT_EQ(text[9 + header], '\n');
+  std::vector<float> back(6);
+  std::memcpy(back.data(), bytes.data() + 10 + header, 24);
+  EXPECT_EQ(back, values);
+  EXPECT_EQ(bytes.size(), 10 + header + 24);
+}
+
+TEST(Npy, RefusesAShapeThatDoesNotHoldTheValues) {
+  const std::vector<float> values(5);
+  const std::vector<std::size_t> shape{2, 3};
+  EXPECT_EQ(codeOf([&] { encodeNpy(values, shape); }), ErrorCode::InvalidArgument);
+}
+
+TEST(Csv, WritesNumbersThatReadBackAndQuotesText) {
+  EXPECT_EQ(std::stod(csvNumber(0.1)), 0.1);
+  EXPECT_EQ(csvNumber(std::numeric_limits<double>::infinity()), "inf");
+  EXPECT_EQ(csvText("plain"), "plain");
+  EXPECT_EQ(csvText("a,\"b\""), "\"a,\"\"b\"\"\"");
+}
+
+TEST(Ticks, AreRoundInsideTheRangeAndEquallySpaced) {
+  for (const auto& [low, high] : std::vector<std::pair<double, double>>{
+           {0.0, 1.0}, {-1024.0, 2986.0}, {101324.99, 101325.01}, {1e-9, 3e-9}, {-5e8, 2e9}}) {
+    const std::vector<Tick> ticks = ticksOf(low, high);
+    ASSERT_GE(ticks.size(), 3u) << low;
+    ASSERT_LE(ticks.size(), 11u) << low;
+    for (std::size_t i = 0; i < ticks.size(); ++i) {
+      EXPECT_GE(ticks[i].value, low - 1e-6 * (high - low));
+      EXPECT_LE(ticks[i].value, high + 1e-6 * (high - low));
+      EXPECT_NEAR(std::stod(ticks[i].text), ticks[i].value, 1e-3 * (high - low)) << ticks[i].text;
+      if (i == 0) continue;
+      EXPECT_NE(ticks[i].text, ticks[i - 1].text);
+    }
+  }
+}
+
+TEST(Ticks, AreNoneForARangeOfNothing) {
+  EXPECT_TRUE(ticksOf(1.0, 1.0).empty());
+  EXPECT_TRUE(ticksOf(0.0, std::numeric_limits<double>::infinity()).empty());
+}
+
+TEST(Lines, CoverTheirPixelsAndStayInThePicture) {
+  Picture picture = Picture::blank({20, 10});
+  drawLine(picture, {-100.0, 5.5}, {100.0, 5.5}, 1.0, glm::dvec3(1.0, 0.5, 0.0));
+  for (int x = 0; x < 20; ++x) {
+    EXPECT_NEAR(picture.pixel(x, 5)[0], 1.0, 1e-5);
+    EXPECT_EQ(picture.pixel(x, 2)[3], 0.0f);
+  }
+}
+
+TEST(Text, IsWiderWhenLongerAndLeavesInk) {
+  const Font font(20);
+  EXPECT_GT(font.width("100"), font.width("10"));
+  EXPECT_GT(font.width("\xc2\xb0"
+                       "C"),
+            font.width("C"));
+  Picture picture = Picture::blank({60, 30});
+  font.draw(picture, {5.0, 22.0}, "8.5", glm::dvec3(1.0));
+  double ink = 0.0;
+  for (std::size_t i = 3; i < picture.rgba.size(); i += 4) ink += double(picture.rgba[i]);
+  EXPECT_GT(ink, 30.0);
+}
+
+TEST(Text, NamesAFontThatIsNotThere) {
+  setenv("VESTIGE_FONT", "/nowhere/font.ttf", 1);
+  EXPECT_EQ(codeOf([] { Font font(12); }), ErrorCode::NotFound);
+  setenv("VESTIGE_FONT", "/etc/hostname", 1);
+  EXPECT_EQ(codeOf([] { Font font(12); }), ErrorCode::Format);
+  unsetenv("VESTIGE_FONT");
+}
+
+TEST(Pictures, SurvivePngAndExr) {
+  const synthetic::TemporaryFolder folder;
+  Picture picture = Picture::blank({7, 5});
+  for (int i = 0; i < 35; ++i) {
+    const float alpha = float(i % 6) / 5.0f;
+    for (std::size_t c = 0; c < 3; ++c) {
+      picture.rgba[4 * std::size_t(i) + c] = alpha * float(i) / 35.0f;
+    }
+    picture.rgba[4 * std::size_t(i) + 3] = alpha;
+  }
+  for (const auto& [name, tolerance] : {std::pair{"a.exr", 1e-6}, std::pair{"a.png", 8e-3}}) {
+    writePicture(folder.path() / name, picture);
+    const Picture back = readPicture(folder.path() / name);
+    ASSERT_EQ(back.size, picture.size);
+    for (std::size_t i = 0; i < picture.rgba.size(); ++i) {
+      ASSERT_NEAR(back.rgba[i], picture.rgba[i], tolerance) << name << " " << i;
+    }
+  }
+}
+
+TEST(Pictures, AreRefusedByOtherExtensionsAndWhenMissing) {
+  EXPECT_EQ(codeOf([] {
+              writePicture("a.jpg", Picture::blank({1, 1}));
+            }),
+            ErrorCode::InvalidArgument);
+  EXPECT_EQ(codeOf([] { readPicture("a.bmp"); }), ErrorCode::InvalidArgument);
+  EXPECT_EQ(codeOf([] { readPicture("/nowhere/a.png"); }), ErrorCode::Io);
+}
+
+TEST(Fitting, KeepsAConstantPictureConstantAndCentresIt) {
+  Picture picture = Picture::blank({30, 20});
+  std::fill(picture.rgba.begin(), picture.rgba.end(), 0.5f);
+  const Picture larger = fitted(picture, {60, 60});
+  EXPECT_NEAR(larger.pixel(30, 30)[0], 0.5, 1e-5);
+  EXPECT_NEAR(larger.pixel(0, 12)[3], 0.5, 1e-5);
+  EXPECT_EQ(larger.pixel(30, 5)[3], 0.0f);
+  const Picture smaller = fitted(picture, {9, 6});
+  for (float value : smaller.rgba) EXPECT_NEAR(value, 0.5, 1e-5);
+}
+
+TEST(Compositing, OverABackgroundIsOpaque) {
+  Picture picture = Picture::blank({1, 1});
+  picture.rgba = {0.2f, 0.0f, 0.0f, 0.5f};
+  placeOver(picture, glm::dvec3(0.0, 1.0, 0.0));
+  EXPECT_NEAR(picture.rgba[0], 0.2, 1e-6);
+  EXPECT_NEAR(picture.rgba[1], 0.5, 1e-6);
+  EXPECT_EQ(picture.rgba[3], 1.0f);
+  EXPECT_EQ(codeOf([&] {
+              placeOver(picture, Picture::blank({2, 1}));
+            }),
+            ErrorCode::InvalidArgument);
+}
+
+TEST(TrustClasses, FollowTheirThresholds) {
+  const std::vector<float> doubt{0.0f, kDoubtData, 0.05f, kDoubtGuess, 0.2f};
+  const std::vector<Trust> trust = trustFromDoubt(doubt);
+  EXPECT_EQ(trust, (std::vector<Trust>{Trust::Data, Trust::Data, Trust::Interpolation,
+                                       Trust::Interpolation, Trust::Guess}));
+  Picture picture = Picture::blank({5, 1});
+  std::fill(picture.rgba.begin(), picture.rgba.end(), 1.0f);
+  const TrustShares shares = sharesOf(trust, picture);
+  EXPECT_NEAR(shares.data, 0.4, 1e-12);
+  EXPECT_NEAR(shares.guess, 0.2, 1e-12);
+  overlayTrust(picture, trust);
+  EXPECT_EQ(picture.rgba[0], 1.0f);
+  EXPECT_LT(picture.rgba[4 * 4 + 1], 0.5f);  // magenta has no green
+}
+
+TEST(Layers, StandForTheIntervalsNearestToTheirValue) {
+  const IntervalPartition partition = IntervalPartition::uniform(0.0, 1.0, 4);
+  const std::vector<int> layers = layerOfChannels(partition, {0.2, 0.9});
+  EXPECT_EQ(layers[0], 0);
+  EXPECT_EQ(layers[1], 0);
+  EXPECT_EQ(layers[2], 1);
+  EXPECT_EQ(layers[3], 1);
+  EXPECT_EQ(layers[std::size_t(partition.below())], 0);
+  EXPECT_EQ(layers[std::size_t(partition.above())], 1);
+  EXPECT_EQ(layers[std::size_t(partition.noData())], -1);
+  EXPECT_EQ(layerOfChannels(partition, {})[0], -1);
+}
+
+TEST(Layers, KeepStoredCrossingsAndFillTheMissing) {
+  constexpr ImageSize kSize{24, 24};
+  const DepthLayers stored = depthLayers(synthetic::depthProxy(kSize, {0.5}));
+  const LengthPlanes lengths = lengthPlanes(synthetic::lengthProxy(kSize));
+  const std::vector<int> layerOf = layerOfChannels(lengths.partition(), {0.5});
+  const LayerPlanes planes = completedLayers(stored, &lengths, layerOf);
+  int kept = 0, filled = 0;
+  for (std::size_t i = 0; i < kSize.pixels(); ++i) {
+    if (std::isfinite(stored.depth[0][i])) {
+      EXPECT_EQ(planes.depth[0][i], stored.depth[0][i]);
+      ++kept;
+    } else if (std::isfinite(planes.depth[0][i])) {
+      ++filled;
+    }
+  }
+  EXPECT_GT(kept, 50);
+  EXPECT_GT(filled, 50);
+}
+
+TEST(Turns, SwingAndComeBackOrGoRound) {
+  const std::vector<Look> swing = looksOfTurn(Look{}, 60.0, 40);
+  double low = 0.0, high = 0.0;
+  for (const Look& look : swing) {
+    low = std::min(low, look.rotate.azimuth);
+    high = std::max(high, look.rotate.azimuth);
+  }
+  EXPECT_NEAR(low, -30.0, 1e-6);
+  EXPECT_NEAR(high, 30.0, 1e-6);
+  const std::vector<Look> round = looksOfTurn(Look{}, 360.0, 4);
+  EXPECT_NEAR(round[1].rotate.azimuth, 90.0, 1e-9);
+  EXPECT_EQ(codeOf([] { looksOfTurn(Look{}, 10.0, 1); }), ErrorCode::InvalidArgument);
+  EXPECT_EQ(codeOf([] { looksOfTurn(Look{}, 0.0, 10); }), ErrorCode::InvalidArgument);
+}
+
+TEST(Subprocesses, ReturnWhatTheyPrintAndReportFailure) {
+  EXPECT_EQ(Subprocess({"echo", "a b;c"}).finish(), "a b;c\n");
+  EXPECT_EQ(codeOf([] { Subprocess({"false"}).finish(); }), ErrorCode::Io);
+  EXPECT_EQ(codeOf([] { Subprocess({"no-such-program-vestige"}); }), ErrorCode::NotFound);
+}
+
+TEST(Subprocesses, SurviveAReaderThatDies) {
+  const std::vector<std::byte> bytes(1 << 22);
+  EXPECT_EQ(codeOf([&] {
+              Subprocess child({"true"});
+              for (int i = 0; i < 16; ++i) child.write(bytes);
+            }),
+            ErrorCode::Io);
+}
+
+TEST(Parallel, CoversEveryIndexOnceAndPassesExceptionsOn) {
+  std::vector<int> hits(1000, 0);
+  parallelRanges(1000, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) ++hits[std::size_t(i)];
+  });
+  EXPECT_EQ(std::count(hits.begin(), hits.end(), 1), 1000);
+  EXPECT_THROW(parallelRanges(10, [](int, int) { throw Error(ErrorCode::Io, "x"); }), Error);
+  parallelRanges(0, [](int, int) { FAIL(); });
+}
+
+}  // namespace
+}  // namespace vestige

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// rotate_depth_correlation_SCENE_DEG[_covered] and rotate_relit_dssim_SCENE_DEG: depth layers of
+// the front view, warped and relit, against the raw field's own surface at the rotated view
+// (visualization-by-proxy Fig. 6a).
+// usage: bench_rotate --seeds A..B LINE...
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <numbers>
+
+#include "adaptor/marcher.h"
+#include "explorer/metrics.h"
+#include "explorer/renderer.h"
+#include "proxy/archive.h"
+#include "proxy/proxy_layout.h"
+#include "tests/bench/bench_options.h"
+#include "tests/support/cpu_renderer.h"
+
+namespace vestige::test {
+namespace {
+
+constexpr ImageSize kSize{512, 512};
+
+/// One surface a scene: skin of the head, the blob, the plume's hull.
+struct Subject {
+  const char* name;
+  int size;
+  double isovalue;
+};
+constexpr Subject kSubjects[] = {{"ct", 256, -300.0}, {"blob", 256, 0.5}, {"plume", 128, 0.15}};
+
+MarchRequest requestFor(const Scene& scene, const Camera& camera, double isovalue) {
+  const double range = scene.high - scene.low;
+  // Opaque from the isovalue on, so that the surface is what is to be seen.
+  const TransferFunction base({{isovalue - 1e-3 * range, 0.0}, {isovalue, 1.0}},
+                              scene.domain().diagonal() / 100, Colormap::named("viridis"),
+                              scene.low, scene.high);
+  MarchRequest request{.camera = camera,
+                       .size = kSize,
+                       .partition = IntervalPartition::uniform(scene.low, scene.high, 16),
+                       .base = base,
+                       .domain = scene.domain(),
+                       .isovalues = {isovalue}};
+  request.attenuation = request.length = false;
+  return request;
+}
+
+/// An archive of one depth proxy.
+std::shared_ptr<const Archive> archiveOf(const RayImage& rays, const MarchRequest& request,
+                                         const std::filesystem::path& folder) {
+  ProxyHeader header;
+  header.field = "field";
+  header.view = "front";
+  header.camera = request.camera;
+  header.size = request.size;
+  header.domain = request.domain;
+  header.base = request.base;
+  header.isovalues = request.isovalues;
+  header.statistics.low = request.partition.low();
+  header.statistics.high = request.partition.high();
+  const ProxyImage image = depthImage(header, rays.depth, rays.normal);
+  const Raster preview{kSize, std::vector<std::uint8_t>(4 * kSize.pixels(), 255)};
+  ArchiveWriter(folder, ExistingArchive::Overwrite).writeStep({{&image, &preview}});
+  return std::make_shared<const Archive>(folder);
+}
+
+struct Agreement {
+  double correlation, covered;
+};
+
+/// Pearson's correlation of two depth pictures where both have a surface, and the share of the
+/// true surface's pixels where that is so.
+Agreement agreement(const std::vector<float>& made, const std::vector<float>& truth) {
+  double n = 0, all = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (!std::isfinite(truth[i])) continue;
+    ++all;
+    if (!std::isfinite(made[i])) continue;
+    const double x = double(made[i]), y = double(truth[i]);
+    ++n;
+    a += x;
+    b += y;
+    aa += x * x;
+    bb += y * y;
+    ab += x * y;
+  }
+  return {(n * ab - a * b) / std::sqrt((n * aa - a * a) * (n * bb - b * b)), n / all};
+}
+
+void measure(const std::shared_ptr<gl::Device>& device, const Subject& subject,
+             const BenchOptions& options) {
+  const Scene scene = namedScene(subject.name, subject.size, sceneCache());
+  const std::string folder =
+      (std::filesystem::temp_directory_path() / ("vestige-bench-rotate-" + scene.name)).string();
+  const Camera front = frameBox(scene.domain(), {0, 1, 0}, {0, 0, 1}, 1.0);
+  const MarchRequest stored = requestFor(scene, front, subject.isovalue);
+  Renderer renderer(device, archiveOf(marchOnCpu(scene, stored, 2), stored, folder + ".cdb"));
+  for (const int degrees : {15, 30, 45, 60}) {
+    const std::string suffix = scene.name + "_" + std::to_string(degrees);
+    if (!options.wantsAny("rotate_depth_correlation_" + suffix) &&
+        !options.wants("rotate_relit_dssim_" + suffix)) {
+      continue;
+    }
+    Look look;
+    look.source = Source::Layers;
+    look.shading = Shading::Phong;
+    look.rotate.azimuth = degrees;
+    const Rendered turned = renderer.render(look);
+    const MarchRequest there = requestFor(scene, turned.camera, subject.isovalue);
+    const RayImage truth = marchOnCpu(scene, there, 2);
+    const Agreement figures = agreement(turned.depth, truth.depth);
+    std::printf("rotate_depth_correlation_%s\t%.5f\n", suffix.c_str(), figures.correlation);
+    std::printf("rotate_depth_correlation_%s_covered\t%.5f\n", suffix.c_str(), figures.covered);
+    // The same surface and light with depth and normals taken at that very view.
+    look.rotate = {};
+    Renderer ideal(device, archiveOf(truth, there, folder + "-there.cdb"));
+    const Rendered lit = ideal.render(look);
+    std::printf("rotate_relit_dssim_%s\t%.5f\n", suffix.c_str(),
+                dssim(RgbView::interleaved(kSize, turned.picture.rgba, 4),
+                      RgbView::interleaved(kSize, lit.picture.rgba, 4),
+                      projectedRect(turned.camera, scene.domain(), kSize)));
+    std::fflush(stdout);
+  }
+  std::filesystem::remove_all(folder + ".cdb");
+  std::filesystem::remove_all(folder + "-there.cdb");
+}
+
+}  // namespace
+}  // namespace vestige::test
+
+int main(int argc, char** argv) {
+  try {
+    const vestige::test::BenchOptions options(argc, argv);
+    const std::shared_ptr<vestige::gl::Device> device = vestige::gl::Device::create("auto");
+    for (const auto& subject : vestige::test::kSubjects) {
+      const std::string name = subject.name;
+      if (!options.wantsAny("rotate_depth_correlation_" + name + "_") &&
+          !options.wantsAny("rotate_relit_dssim_" + name + "_")) {
+        continue;
+      }
+      std::fprintf(stderr, "bench_rotate: %s\n", subject.name);
+      vestige::test::measure(device, subject, options);
+    }
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "bench_rotate: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "proxy/camera.h"
+#include "proxy/interval_partition.h"
+#include "tests/support/scenes.h"
+
+namespace vestige::test {
+
+/// Where a ray is inside a box, as lengths along it; first > second: nowhere.
+inline std::pair<double, double> insideBox(const Ray& ray, const Box& box) {
+  double enter = 0.0, leave = HUGE_VAL;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double o = ray.origin[axis], d = ray.direction[axis];
+    if (std::abs(d) < 1e-14) {
+      if (o < box.low[axis] || o > box.high[axis]) return {1.0, 0.0};
+      continue;
+    }
+    const double a = (box.low[axis] - o) / d, b = (box.high[axis] - o) / d;
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return {enter, leave};
+}
+
+/// Calls step(s0, s1, f0, f1) for equal sub-steps of a ray from its entry into the domain to its
+/// exit; s = length along the ray, f = the field there.
+template <typename Step>
+void walkRay(const Scene& scene, const Ray& ray, int samplesPerVoxel, const Step& step) {
+  const auto [enter, leave] = insideBox(ray, scene.domain());
+  if (!(enter < leave)) return;
+  const double wanted = scene.minimumSpacing() / samplesPerVoxel;
+  const int steps = std::max(1, int(std::ceil((leave - enter) / wanted)));
+  const double length = (leave - enter) / steps;
+  double s0 = enter, f0 = scene.sample(ray.origin + enter * ray.direction);
+  for (int i = 1; i <= steps; ++i) {
+    const double s1 = i == steps ? leave : enter + i * length;
+    const double f1 = scene.sample(ray.origin + s1 * ray.direction);
+    step(s0, s1, f0, f1);
+    s0 = s1;
+    f0 = f1;
+  }
+}
+
+/// Calls piece(channel, t0, t1), 0 <= t0 < t1 <= 1, for the stretches of a linear stretch of field
+/// from f0 to f1 between which the channel changes, in order. No data at either end = all of it.
+template <typename Piece>
+void splitAtBounds(const IntervalPartition& partition, double f0, double f1, const Piece& piece) {
+  if (!std::isfinite(f0) || !std::isfinite(f1)) {
+    piece(partition.noData(), 0.0, 1.0);
+    return;
+  }
+  const auto bounds = partition.bounds();
+  if (f0 == f1) {
+    piece(partition.channelOf(f0), 0.0, 1.0);
+    return;
+  }
+  const auto channelAt = [&](double t) { return partition.channelOf(f0 + t * (f1 - f0)); };
+  const auto first = std::upper_bound(bounds.begin(), bounds.end(), std::min(f0, f1));
+  const auto last = std::lower_bound(first, bounds.end(), std::max(f0, f1));
+  double t0 = 0.0;
+  const auto cut = [&](double bound) {
+    const double t1 = std::clamp((bound - f0) / (f1 - f0), t0, 1.0);
+    if (t1 > t0) piece(channelAt(0.5 * (t0 + t1)), t0, t1);
+    t0 = t1;
+  };
+  if (f1 > f0) {
+    for (auto bound = first; bound != last; ++bound) cut(*bound);
+  } else {
+    for (auto bound = last; bound != first; --bound) cut(*(bound - 1));
+  }
+  if (t0 < 1.0) piece(channelAt(0.5 * (t0 + 1.0)), t0, 1.0);
+}
+
+/// Calls pixel(index, ray) for every pixel, rows shared out among all cores. Thread-safe bodies.
+template <typename Pixel>
+void forEachRay(const Camera& camera, ImageSize size, const Pixel& pixel) {
+  std::atomic<int> next{0};
+  const auto work = [&] {
+    for (int y = next++; y < size.height; y = next++) {
+      for (int x = 0; x < size.width; ++x) {
+        pixel(std::size_t(y) * std::size_t(size.width) + std::size_t(x),
+              camera.rayThrough({x + 0.5, y + 0.5}, size));
+      }
+    }
+  };
+  std::vector<std::jthread> threads;
+  for (unsigned i = 1; i < std::max(1u, std::thread::hardware_concurrency()); ++i) {
+    threads.emplace_back(work);
+  }
+  work();
+}
+
+}  // namespace vestige::test

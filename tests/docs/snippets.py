@@ -28,7 +28,7 @@ def run(name, code, include, library, compiler):
         subprocess.run([compiler, "-std=c11", "-Wall", "-Wextra", "-Werror", "-O1",
                         f"-I{include}", "program.c", "-o", "program", str(library),
                         f"-Wl,-rpath,{library.parent}", "-lm"], cwd=folder, check=True)
-        subprocess.run([str(folder / "program")], cwd=folder, check=True, timeout=120)
+        subprocess.run([str(folder / "program")], cwd=folder, check=True, timeout=280)
         tables = list(folder.glob("*.cdb/data.csv"))
         if not tables or any(len(t.read_text().splitlines()) < 2 for t in tables):
             raise SystemExit(f"{name} ran, but left no archive with rows in it")

@@ -2,8 +2,8 @@
 #include "adaptor/preview.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 
 #include "adaptor/parallel.h"
@@ -18,12 +18,25 @@ struct Light {
   double alpha = 0.0;
 };
 
-using Pixel = std::function<Light(std::size_t)>;
-
 std::uint8_t quantised(double value) {
   return std::uint8_t(std::lround(std::clamp(value, 0.0, 1.0) * 255.0));
 }
 
+/// 8-bit sRGB of a linear value in 0..1, from a table fine enough to be off by rounding only.
+std::uint8_t srgbByte(double linear) {
+  constexpr int kSteps = 1 << 16;
+  static const std::vector<std::uint8_t> table = [] {
+    std::vector<std::uint8_t> bytes(kSteps + 1);
+    for (int i = 0; i <= kSteps; ++i) {
+      bytes[std::size_t(i)] = quantised(srgbFromLinear(glm::dvec3(double(i) / kSteps)).x);
+    }
+    return bytes;
+  }();
+  if (!(linear > 0.0)) return 0;
+  return table[std::size_t(std::min(linear, 1.0) * kSteps + 0.5)];
+}
+
+template <class Pixel>
 Raster draw(ImageSize size, const PreviewStyle& style, const Pixel& pixel) {
   Raster raster{size, std::vector<std::uint8_t>(size.pixels() * 4)};
   const glm::dvec3 background = linearFromSrgb(style.background);
@@ -31,20 +44,19 @@ Raster draw(ImageSize size, const PreviewStyle& style, const Pixel& pixel) {
     for (int x = 0; x < size.width; ++x) {
       const auto p = std::size_t(y) * std::size_t(size.width) + std::size_t(x);
       const Light light = pixel(p);
-      const double alpha = std::clamp(light.alpha, 0.0, 1.0);
+      const double alpha = light.alpha > 0.0 ? std::min(light.alpha, 1.0) : 0.0;
       const glm::dvec3 linear = !style.transparent ? light.color + (1.0 - alpha) * background
                                 : alpha > 0.0      ? light.color / alpha
                                                    : glm::dvec3(0.0);
-      const glm::dvec3 srgb = srgbFromLinear(glm::clamp(linear, 0.0, 1.0));
       auto* out = &raster.rgba[4 * p];
-      for (int c = 0; c < 3; ++c) out[c] = quantised(srgb[c]);
+      for (int c = 0; c < 3; ++c) out[c] = srgbByte(linear[c]);
       out[3] = style.transparent ? quantised(alpha) : 255;
     }
   });
   return raster;
 }
 
-Pixel attenuationPixel(const RayImage& rays, const IntervalLook& look) {
+auto attenuationPixel(const RayImage& rays, const IntervalLook& look) {
   return [&](std::size_t p) {
     Light light;
     for (int k = 0; k < rays.channels; ++k) {
@@ -56,18 +68,19 @@ Pixel attenuationPixel(const RayImage& rays, const IntervalLook& look) {
   };
 }
 
-Pixel lengthPixel(const RayImage& rays, const IntervalLook& look) {
+auto lengthPixel(const RayImage& rays, const IntervalLook& look) {
   return [&](std::size_t p) {
-    thread_local std::vector<std::pair<double, int>> order;
-    order.clear();
+    std::array<std::pair<float, int>, IntervalPartition::kMaxIntervals + 3> order;
+    auto last = order.begin();
     const auto pixels = rays.size.pixels();
     for (int k = 0; k < rays.channels; ++k) {
       const auto at = std::size_t(k) * pixels + p;
-      if (rays.length[at] > 0.0f) order.emplace_back(rays.moment[at] / rays.length[at], k);
+      if (rays.length[at] > 0.0f) *last++ = {rays.moment[at] / rays.length[at], k};
     }
-    std::sort(order.begin(), order.end());
+    std::sort(order.begin(), last);
     Light light;
-    for (const auto& [depth, k] : order) {
+    for (auto next = order.begin(); next != last; ++next) {
+      const int k = next->second;
       const double opacity = -std::expm1(-look.extinction[std::size_t(k)] *
                                          double(rays.length[std::size_t(k) * pixels + p]));
       light.color += (1.0 - light.alpha) * opacity * look.color[std::size_t(k)];
@@ -77,7 +90,7 @@ Pixel lengthPixel(const RayImage& rays, const IntervalLook& look) {
   };
 }
 
-Pixel depthPixel(const RayImage& rays) {
+auto depthPixel(const RayImage& rays) {
   float near = std::numeric_limits<float>::infinity(), far = -near;
   for (const float z : rays.depth) {
     if (std::isfinite(z)) {
@@ -97,7 +110,7 @@ Pixel depthPixel(const RayImage& rays) {
   };
 }
 
-Pixel mipPixel(const RayImage& rays, const TransferFunction& base) {
+auto mipPixel(const RayImage& rays, const TransferFunction& base) {
   return [&](std::size_t p) -> Light {
     const double value = rays.mip[p];
     if (std::isnan(value)) return {};
@@ -105,7 +118,7 @@ Pixel mipPixel(const RayImage& rays, const TransferFunction& base) {
   };
 }
 
-Pixel referencePixel(const RayImage& rays) {
+auto referencePixel(const RayImage& rays) {
   return [&](std::size_t p) -> Light {
     const auto pixels = rays.size.pixels();
     return {{rays.reference[p], rays.reference[pixels + p], rays.reference[2 * pixels + p]},

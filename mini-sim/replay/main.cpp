@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // vestige-replay: a "simulation" whose time loop reads files.
 #include <vtkDataSet.h>
+#include <vtkImageData.h>
+#include <vtkRectilinearGrid.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -23,6 +25,7 @@ struct ReplayOptions {
   std::string config, output, array;
   std::optional<double> timeStep;
   std::optional<RawLayout> raw;
+  int resample = 128;
   bool quiet = false;
 };
 
@@ -48,6 +51,10 @@ std::optional<ReplayOptions> parse(int argc, char** argv, int& exitCode) {
   app.add_option("--time-step", o.timeStep,
                  "time between steps (default: the time a VTK file states, else 1)")
       ->check(CLI::PositiveNumber);
+  app.add_option("--resample", o.resample,
+                 "points along the longest side for data on other than image or rectilinear grids")
+      ->check(CLI::Range(2, 2048))
+      ->capture_default_str();
   auto* layout = app.add_option("--shape", shape, "NX,NY,NZ of raw files, x fastest")
                      ->delimiter(',')
                      ->expected(3)
@@ -129,7 +136,12 @@ int run(const ReplayOptions& options) {
                                          : statedTime(data).value_or(double(step));
     if (!session.wants(step, time)) return session.code();
     try {
-      shareDataSet(session, data, options.array);
+      if (!options.array.empty()) keepArray(data, options.array);
+      if (!vtkImageData::SafeDownCast(data) && !vtkRectilinearGrid::SafeDownCast(data))
+        progress.say("step " + std::to_string(step) + ": " + data->GetClassName() +
+                     " is resampled, " + std::to_string(options.resample) +
+                     " points along its longest side");
+      session.dataSet(data, options.resample);
     } catch (const std::runtime_error& error) {
       throw std::runtime_error("'" + steps[std::size_t(step)].string() + "': " + error.what());
     }

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,10 @@
 
 class vtkDataArray;
 class vtkDataSet;
+
+namespace vestige {
+class VtkImport;
+}
 
 namespace minisim {
 
@@ -44,6 +49,9 @@ class Session {
   /// All components of a packed array; the array lives until the step is executed.
   void field(int block, const std::string& name, int location, vtkDataArray* array);
   void mask(int block, int location, vtkDataArray* array);
+  /// Describes a data set as block 0 and shares its numeric arrays; images and rectilinear grids as
+  /// they are, others resampled (adaptor/vestige_vtk.h).
+  void dataSet(vtkDataSet* data, int resampledPoints);
   /// Keeps the first error, its own or an earlier call's, and returns it.
   int execute(std::int64_t cycle, double time);
 
@@ -55,11 +63,11 @@ class Session {
   vestige_session* vestige_ = nullptr;
   int code_ = VESTIGE_OK;
   std::vector<vtkSmartPointer<vtkDataArray>> shared_;
+  std::unique_ptr<vestige::VtkImport> import_;
 };
 
-/// Describes an image or rectilinear grid as block 0 and shares its numeric arrays: all, or the one
-/// called `array`. Throws std::runtime_error when the data set is of another kind or has no such
-/// array.
-void shareDataSet(Session& session, vtkDataSet* data, const std::string& array);
+/// Leaves only the array of that name (and VTK's own) in a data set. Throws std::runtime_error
+/// naming those that are there when it is not.
+void keepArray(vtkDataSet* data, const std::string& array);
 
 }  // namespace minisim

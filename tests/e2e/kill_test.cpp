@@ -60,6 +60,10 @@ TEST_F(Kill, NoStepWhoseExecuteReturnedIsLostAtFiftyRandomMoments) {
           << "round " << round << ": " << finding.file << ": " << finding.problem;
       ++inWrite;
     }
+    if (round % 10 == 0) {
+      const auto check = run("vestige-explorer", {"check", name}, folder_);
+      EXPECT_EQ(check.exitCode, 0) << check.out << check.err;
+    }
     // At most the step that was under way is there beyond what was announced.
     EXPECT_LE(cycles.size(), returned.size() + 1);
     stored += returned.size();

@@ -85,6 +85,19 @@ TEST_F(Replay, SkipsADamagedStepSaysSoAndGoesOn) {
   EXPECT_TRUE(checkArchive(folder_ / "a.cdb").empty());
 }
 
+TEST_F(Replay, ResamplesUnstructuredGridsAndSaysSo) {
+  write("small.toml", "[image]\nwidth = 32\nheight = 32\n");
+  write("tetrahedron.vtk",
+        "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n"
+        "0 0 0  1 0 0  0 1 0  0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\nPOINT_DATA 4\n"
+        "SCALARS rho float 1\nLOOKUP_TABLE default\n0 1 2 3\n");
+  const auto outcome = replay({"tetrahedron.vtk", "--config", "small.toml", "--output", "a.cdb",
+                               "--resample", "16", "--array", "rho"});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("resampled, 16 points"), std::string::npos) << outcome.err;
+  EXPECT_EQ(Archive(folder_ / "a.cdb").fields(), std::vector<std::string>{"rho"});
+}
+
 TEST_F(Replay, SaysWhatIsWrongWithItsInput) {
   EXPECT_EQ(replay({}).exitCode, 2);
   EXPECT_EQ(replay({"a.raw", "--type", "int8"}).exitCode, 2);

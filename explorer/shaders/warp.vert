@@ -30,9 +30,10 @@ vec3 eyeAt(vec2 center, float z) {
 
 float depthAt(ivec2 pixel) { return texelFetch(depth, ivec3(pixel, layer), 0).r; }
 
+// Of the surface against the picture; a moderate one where no normal tells.
 float slopeAt(ivec2 pixel) {
   vec3 n = texelFetch(normals, ivec3(pixel, layer), 0).xyz;
-  return dot(n, n) < 0.25 ? 0.0 : min(length(n.xy) / max(n.z, 0.05), 8.0);
+  return dot(n, n) < 0.25 ? 2.5 : min(length(n.xy) / max(n.z, 0.05), 8.0);
 }
 
 // How far depth may differ between neighbours of one surface.

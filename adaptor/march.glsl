@@ -166,7 +166,7 @@ void main() {
 #endif
   // Of each layer, the index of the step where it is first met; negative: none yet.
   float layerFrom = fIn;
-#define LAYER_START(m) float hit##m = -1e30;
+#define LAYER_START(m) float hit##m = -1e30, iso##m = isovalues[m];
   EACH_LAYER(LAYER_START)
 
   // The state at the start of the last stretch: from there the exit is walked to in the end.
@@ -214,7 +214,7 @@ void main() {
 #endif
 #if LAYERS > 0
 #define LAYER_STEP(m) \
-  if (hit##m < -1e29 && (layerFrom < isovalues[m]) != (layerTo < isovalues[m])) hit##m = layerStep;
+  if (hit##m < -1e29 && (layerFrom < iso##m) != (layerTo < iso##m)) hit##m = layerStep;
 #define LAYER_STEPS(i, j)                                            \
   {                                                                  \
     float layerStep = index + float(i);                              \
@@ -375,7 +375,7 @@ void main() {
   put(exp(-tauOut));
 #endif
 #define LAYER_DEPTH(m)                                                                      \
-  float depth##m = layerDepth(hit##m, isovalues[m], zIn, zOut, origin, direction);          \
+  float depth##m = layerDepth(hit##m, iso##m, zIn, zOut, origin, direction);          \
   put(depthOrigin + scale * depth##m);
   EACH_LAYER(LAYER_DEPTH)
 #define LAYER_NORMAL(m)                                                                     \

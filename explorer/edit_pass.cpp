@@ -97,8 +97,11 @@ void EditPass::draw(const PieceTextures& pieces, const ChannelTable& table,
 
 Picture EditPass::render(const PieceTextures& pieces, const ChannelTable& table,
                          const EditExtras& extras) {
-  const gl::Texture target = gpu::texture2D(GL_RGBA32F, pieces.size, GL_RGBA, GL_FLOAT, nullptr);
-  draw(pieces, table, extras, target);
+  if (!target_ || targetSize_ != pieces.size) {
+    target_ = gpu::texture2D(GL_RGBA32F, pieces.size, GL_RGBA, GL_FLOAT, nullptr);
+    targetSize_ = pieces.size;
+  }
+  draw(pieces, table, extras, *target_);
   return {pieces.size, gpu::readFloats(pieces.size)};
 }
 

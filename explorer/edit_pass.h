@@ -3,6 +3,7 @@
 
 #include <glm/vec3.hpp>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,8 @@ class EditPass {
   std::map<std::string, gl::Program> programs_;
   gl::Framebuffer framebuffer_;
   gl::VertexArray empty_;
+  std::optional<gl::Texture> target_;  ///< kept: an edit must not pay for fresh memory
+  ImageSize targetSize_;
 };
 
 }  // namespace vestige

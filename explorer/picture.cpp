@@ -152,11 +152,14 @@ void placeOver(Picture& front, const Picture& back) {
 
 void placeOver(Picture& front, glm::dvec3 backgroundLinear) {
   const glm::vec3 back(backgroundLinear);
-  for (std::size_t i = 0; i < front.rgba.size(); i += 4) {
-    const float transmittance = 1.0f - front.rgba[i + 3];
-    for (int c = 0; c < 3; ++c) front.rgba[i + std::size_t(c)] += transmittance * back[c];
-    front.rgba[i + 3] = 1.0f;
-  }
+  parallelRanges(front.size.height, [&](int begin, int end) {
+    float* const last = front.pixel(0, end - 1) + 4 * std::size_t(front.size.width);
+    for (float* pixel = front.pixel(0, begin); pixel != last; pixel += 4) {
+      const float transmittance = 1.0f - pixel[3];
+      for (int c = 0; c < 3; ++c) pixel[c] += transmittance * back[c];
+      pixel[3] = 1.0f;
+    }
+  });
 }
 
 Picture fitted(const Picture& picture, ImageSize size) {

@@ -98,7 +98,8 @@ template <typename Real>
 template <typename Body>
 void ThermalLattice<Real>::forLayers(const Body& body) const {
   const int layers = settings_.size[2];
-  const int threads = settings_.threads > 0 ? settings_.threads : omp_get_max_threads();
+  const int threads =
+      std::min(layers, settings_.threads > 0 ? settings_.threads : omp_get_max_threads());
 #pragma omp parallel for schedule(dynamic, 4) num_threads(threads)
   for (int z = 0; z < layers; ++z) body(z);
 }

@@ -33,7 +33,7 @@ void expectSame(const Fields<Real>& a, const Fields<Real>& b) {
 TEST(Plume, IsTheSameBitForBitWithAnyNumberOfThreads) {
   PlumeParameters parameters;
   parameters.size = {33, 20, 27};
-  for (int steps : {40, 41}) {
+  for (int steps : {20, 21}) {
     parameters.threads = 1;
     const auto one = fieldsAfter<float>(steps, parameters);
     const auto oneDouble = fieldsAfter<double>(steps, parameters);
@@ -48,6 +48,7 @@ TEST(Plume, IsTheSameBitForBitWithAnyNumberOfThreads) {
 TEST(Plume, DependsOnItsSeed) {
   PlumeParameters parameters;
   parameters.size = {16, 16, 16};
+  parameters.threads = 1;
   const auto one = fieldsAfter<float>(20, parameters);
   parameters.seed = 2;
   EXPECT_NE(one.temperature, fieldsAfter<float>(20, parameters).temperature);
@@ -56,6 +57,7 @@ TEST(Plume, DependsOnItsSeed) {
 TEST(Plume, FloatFollowsDoubleBeforeTheFlowIsChaotic) {
   PlumeParameters parameters;
   parameters.size = {32, 32, 32};
+  parameters.threads = 1;
   const auto single = fieldsAfter<float>(100, parameters);
   const auto twice = fieldsAfter<double>(100, parameters);
   double worst = 0.0;
@@ -66,10 +68,11 @@ TEST(Plume, FloatFollowsDoubleBeforeTheFlowIsChaotic) {
 
 TEST(Plume, RisesAndStaysBounded) {
   PlumeParameters parameters;
-  parameters.size = {48, 48, 48};
+  parameters.size = {32, 32, 32};
+  parameters.threads = 1;
   auto plume = minisim::makePlume<float>(parameters);
   const double mass = plume.totals().mass;
-  for (int i = 0; i < 600; ++i) plume.step();
+  for (int i = 0; i < 400; ++i) plume.step();
   const auto totals = plume.totals();
   EXPECT_TRUE(totals.finite);
   EXPECT_NEAR(totals.mass / mass, 1.0, 1e-5);

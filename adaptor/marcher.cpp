@@ -348,7 +348,10 @@ void Marcher::Impl::readBand(const MarchRequest& request, int firstRow, int rows
                        GLsizeiptr(planeCount(request) * std::size_t(rows) *
                                   std::size_t(request.size.width) * sizeof(float)),
                        GL_MAP_READ_BIT));
-  if (!mapped) gl::checkErrors("the read-back of a march");
+  if (!mapped) {
+    gl::checkErrors("the read-back of a march");
+    throw Error(ErrorCode::Gl, "the read-back of a march: the result could not be mapped");
+  }
   BandReader reader(mapped, request.size, firstRow, rows);
   reader.take(image.entry);
   reader.take(image.exit);

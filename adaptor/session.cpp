@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "adaptor/adaptor_error.h"
 #include "adaptor/dry_run.h"
@@ -21,15 +22,19 @@ Session::Session(const Config& config, const std::string& configText,
       log_(log),
       threads_(config.threads > 0 ? config.threads : gl::allowedProcessors()),
       trigger_(config.trigger) {
-  // The archive first: it refuses at once, the device takes a moment.
-  if (!config_.dryRun) {
-    writer_ = std::make_unique<ArchiveWriter>(config_.output, config_.existing);
-    if (config_.existing == ExistingArchive::Append) adoptFrozen();
-  }
+  // The archive last: overwriting takes the old one away, so nothing may fail after that.
   device_ = gl::Device::create(config_.glBackend, config_.threads);
   marcher_ = std::make_unique<StepMarcher>(config_, device_);
   if (!recordDirectory.empty()) {
     recorder_ = std::make_unique<Recorder>(recordDirectory, configText, config_.output);
+  }
+  if (!config_.dryRun) {
+    writer_ = std::make_unique<ArchiveWriter>(config_.output, config_.existing);
+    if (config_.existing == ExistingArchive::Append) adoptFrozen();
+    if (config_.existing == ExistingArchive::Overwrite) {
+      std::error_code absent;
+      std::filesystem::remove(writer_->directory() / kTimingsFile, absent);
+    }
   }
   const auto& info = device_->info();
   log_.info(fmt::format("vestige {} writes {} with {} ({})", kVersion,
@@ -93,6 +98,9 @@ void Session::execute(std::int64_t cycle, double time) {
     return statisticsOf(fields, name, times);
   };
   if (!trigger_.fires(cycle, time, statistics)) return;
+  // The next cycles are compared with this step: a field that is not there must fail before it is
+  // stored, not after.
+  if (config_.trigger.change) statistics(config_.trigger.change->field);
 
   StepFrame frame{cycle, time, &blocks_, resolveViews(config_, blocks_.domain()), {}};
   frame.provenance = fmt::format("vestige {}; {}", kVersion, device_->info().renderer);
@@ -176,7 +184,7 @@ std::uint64_t Session::write(const StepFrame& frame, const std::vector<StepProxy
   times.encode += written.encodeSeconds;
   times.write += written.writeSeconds;
   try {
-    appendTimings(writer_->directory() / "timings.csv",
+    appendTimings(writer_->directory() / kTimingsFile,
                   timingsLine(frame.cycle, frame.time, times, peakMemory(), written.bytes));
   } catch (const std::exception& error) {
     // The step itself is safe on disk.

@@ -21,6 +21,7 @@ struct StepTimes {
 /// timings.csv beside data.csv, one line a stored step:
 /// cycle,time,ingest,upload,march,readback,encode,write,peak_memory,bytes
 /// with seconds, then the process's peak resident memory and the bytes written by the step.
+inline constexpr const char* kTimingsFile = "timings.csv";
 inline constexpr const char* kTimingsHeader =
     "cycle,time,ingest,upload,march,readback,encode,write,peak_memory,bytes\n";
 

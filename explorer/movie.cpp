@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <numbers>
 
 #include "explorer/subprocess.h"
@@ -99,8 +100,12 @@ void writeMovie(const std::filesystem::path& path, Renderer& renderer,
   if (progress) progress(0, total);
   Rendered first = renderer.render(looks.front());
   const ImageSize size = first.picture.size;
+  // Beside its place until it is whole, so that a failure leaves an earlier movie alone; ffmpeg
+  // goes by the extension.
+  auto unfinished = path;
+  unfinished.replace_filename(path.stem().string() + ".part" + path.extension().string());
   try {
-    Subprocess encoder(encoderArguments(path, size, framesPerSecond));
+    Subprocess encoder(encoderArguments(unfinished, size, framesPerSecond));
     for (int i = 0; i < total; ++i) {
       Picture picture =
           i == 0 ? std::move(first.picture) : renderer.render(looks[std::size_t(i)]).picture;
@@ -110,9 +115,10 @@ void writeMovie(const std::filesystem::path& path, Renderer& renderer,
       if (progress) progress(i + 1, total);
     }
     encoder.finish();
+    std::filesystem::rename(unfinished, path);
   } catch (...) {
     std::error_code ignored;
-    std::filesystem::remove(path, ignored);
+    std::filesystem::remove(unfinished, ignored);
     throw;
   }
 }

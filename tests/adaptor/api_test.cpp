@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <limits>
 
 #include "adaptor/config.h"
@@ -363,6 +364,50 @@ TEST(Session, ChangeOfStatisticsTriggers) {
     for (auto& value : sample.values) value += 0.1f;
   }
   EXPECT_EQ(cyclesOf(folder / "a.cdb"), (std::vector<long>{0, 3, 6}));
+}
+
+TEST(Session, ATriggerOnAFieldThatIsNotThereStoresNothing) {
+  const Folder folder;
+  const Sample sample;
+  Simulation run(folder / "a.cdb", std::string(kSmallImage) +
+                                       "[trigger]\nchange = { field = 'g', threshold = 0.25 }\n");
+  EXPECT_EQ(run.step(sample, 0), VESTIGE_ERROR_NO_FIELD);
+  EXPECT_NE(run.error().find("'g'"), std::string::npos) << run.error();
+  // Not once only: each step says so again.
+  EXPECT_EQ(run.step(sample, 1), VESTIGE_ERROR_NO_FIELD);
+  EXPECT_EQ(vestige_stored_steps(run.session), 0);
+  EXPECT_TRUE(cyclesOf(folder / "a.cdb").empty());
+}
+
+TEST(Session, AnArchiveToOverwriteSurvivesASessionThatCannotStart) {
+  const Folder folder;
+  const Sample sample;
+  {
+    Simulation run(folder / "a.cdb");
+    EXPECT_EQ(run.step(sample, 0), VESTIGE_OK) << run.error();
+  }
+  const auto before = filesOf(folder / "a.cdb");
+  std::filesystem::create_directory(folder / "record");
+  std::ofstream(folder / "record/calls.jsonl") << "{}\n";
+  setenv("VESTIGE_RECORD", (folder / "record").c_str(), 1);
+  {
+    Simulation run(folder / "a.cdb", "output.existing = 'overwrite'\n" + std::string(kSmallImage));
+    EXPECT_NE(run.opened, VESTIGE_OK);
+  }
+  unsetenv("VESTIGE_RECORD");
+  EXPECT_EQ(filesOf(folder / "a.cdb"), before);
+}
+
+TEST(Session, AnOverwrittenArchiveHasTimingsOfItsOwnOnly) {
+  const Folder folder;
+  const Sample sample;
+  for (int cycle : {3, 5}) {
+    Simulation run(folder / "a.cdb", "output.existing = 'overwrite'\n" + std::string(kSmallImage));
+    EXPECT_EQ(run.step(sample, cycle), VESTIGE_OK) << run.error();
+  }
+  const auto text = readTextFile(folder / "a.cdb/timings.csv");
+  EXPECT_EQ(text.find("\n3,"), std::string::npos) << text;
+  EXPECT_NE(text.find("\n5,"), std::string::npos) << text;
 }
 
 TEST(Session, DryRunTellsTheCostAndWritesNothing) {

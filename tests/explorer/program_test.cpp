@@ -73,7 +73,7 @@ TEST_F(Program, ShowsTimingsWhereTheRunLeftThem) {
   EXPECT_EQ(explorer("info --timings " + archive()).code, 1);
   std::filesystem::copy(folder_->path() / "run.cdb", folder_->path() / "timed.cdb",
                         std::filesystem::copy_options::recursive);
-  std::ofstream(file("timed.cdb/timings.csv")) << "cycle,march_s\n0,0.5\n10,1.5\n";
+  std::ofstream(file("timed.cdb/timings.csv")) << "cycle,march_s\n0,0.5\n7\n10,1.5\n";
   const Outcome outcome = explorer("info --timings '" + file("timed.cdb") + "'");
   EXPECT_EQ(outcome.code, 0);
   EXPECT_NE(outcome.text.find("march_s"), std::string::npos);
@@ -159,11 +159,13 @@ TEST_F(Program, MakesMoviesOverTimeAndOfATurn) {
   EXPECT_EQ(turn.code, 0) << turn.text;
 }
 
-TEST_F(Program, LeavesNoMovieWhenTheEncoderFails) {
+TEST_F(Program, LeavesAnEarlierMovieAloneWhenTheEncoderFails) {
+  std::ofstream(file("bad.nonsense")) << "an earlier movie";
   const Outcome outcome = explorer("movie " + archive() + " -o '" + file("bad.nonsense") + "'");
   EXPECT_EQ(outcome.code, 1);
   EXPECT_NE(outcome.text.find("ffmpeg"), std::string::npos);
-  EXPECT_FALSE(std::filesystem::exists(file("bad.nonsense")));
+  EXPECT_EQ(std::filesystem::file_size(file("bad.nonsense")), 16u);
+  EXPECT_FALSE(std::filesystem::exists(file("bad.part.nonsense")));
 }
 
 TEST_F(Program, TellsErrorsFromWrongCommandLines) {

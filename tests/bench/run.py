@@ -63,9 +63,13 @@ def main():
                         help="the build folder of preset bench")
     options = parser.parse_args()
 
-    rows = [row for row in read_table()
-            if not options.names or any(row[0].startswith(n.removesuffix("_256"))
-                                        for n in options.names)]
+    table = read_table()
+    names = [n.removesuffix("_256") for n in options.names]
+    lines = {row[0] for row in table}
+    # A whole name is that line alone, not what it is a prefix of.
+    rows = [row for row in table
+            if not names or row[0] in names
+            or any(row[0].startswith(n) for n in names if n not in lines)]
     if not rows:
         parser.error(f"no line is called or begins with {' or '.join(options.names)}; see --list")
     if options.list:

@@ -31,10 +31,6 @@ Session::Session(const Config& config, const std::string& configText,
   if (!config_.dryRun) {
     writer_ = std::make_unique<ArchiveWriter>(config_.output, config_.existing);
     if (config_.existing == ExistingArchive::Append) adoptFrozen();
-    if (config_.existing == ExistingArchive::Overwrite) {
-      std::error_code absent;
-      std::filesystem::remove(writer_->directory() / kTimingsFile, absent);
-    }
   }
   const auto& info = device_->info();
   log_.info(fmt::format("vestige {} writes {} with {} ({})", kVersion,

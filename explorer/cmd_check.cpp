@@ -36,7 +36,7 @@ int run(const Options& options) {
   // Leftovers of an interrupted run are no damage: every reader ignores them.
   fmt::print("{}: {} rows, all sound{}\n", options.archive,
              Archive(options.archive).rows().size(),
-             findings.empty() ? "" : "; --repair clears leftovers");
+             findings.empty() ? "" : "; leftovers of interrupted runs are read by nobody");
   return 0;
 }
 

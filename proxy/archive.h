@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,6 +14,8 @@
 #include "proxy/raster.h"
 
 namespace vestige {
+
+class ArchiveLock;
 
 /// One row of data.csv: the columns time, cycle, view, field, proxy, FILE_exr, FILE (design.md
 /// "Archive"). Paths are relative to the archive and stay inside it.
@@ -37,7 +40,7 @@ enum class ExistingArchive { Refuse, Append, Overwrite };
 class ArchiveWriter {
  public:
   /// Creates `directory` (and parents). Refuse throws Exists when it already holds a table;
-  /// Overwrite removes the files its table names, and only those; Append keeps it, repairs a torn
+  /// Overwrite removes the files its table names, and timings.csv; Append keeps it, repairs a torn
   /// last line and removes what an interrupted step left behind. A directory that is no archive but
   /// not empty is refused whatever the policy (Exists), and so is one that another writer holds.
   ArchiveWriter(std::filesystem::path directory, ExistingArchive policy);
@@ -68,7 +71,6 @@ class ArchiveWriter {
 
  private:
   void takeOver(ExistingArchive policy);
-  void lock();
   void recover();
   bool intact() const;
   std::vector<ArchiveRow> newRows(const std::vector<Entry>& entries) const;
@@ -76,7 +78,7 @@ class ArchiveWriter {
   void writeTable(const std::vector<ArchiveRow>& rows) const;
 
   std::filesystem::path directory_;
-  int folder_ = -1;               ///< descriptor of the directory, carries the lock
+  std::unique_ptr<ArchiveLock> lock_;
   std::vector<ArchiveRow> rows_;  ///< the table
   std::size_t earlier_ = 0;       ///< of these, the first are of the run that we append to
   bool lost_ = false;             ///< the directory or its table vanished
@@ -121,12 +123,17 @@ struct Finding {
 };
 
 /// Verifies that the table is a valid Cinema Spec D table, that every file it names exists, lies
-/// inside, decodes, agrees with its row and holds values in their stated ranges, and names files
-/// that no row mentions. `progress(done, total)` may be empty.
+/// inside, decodes, agrees with its row and holds values in their stated ranges, that previews are
+/// as large as their proxies and that timings.csv names no step that the table lacks; and names
+/// files that no row mentions. `progress(done, total)` may be empty.
 std::vector<Finding> checkArchive(const std::filesystem::path& directory,
                                   const std::function<void(int, int)>& progress = {});
-/// Rebuilds data.csv from the EXR files that decode; returns what it left out and why. Removes
-/// leftover *.tmp files.
+/// Rebuilds data.csv from the sound files among those that it should name; returns what it left out
+/// and why. These are the files that it does name, the others of a step that it names in part,
+/// those of a step that only timings.csv names and, when it is missing or has lines that cannot be
+/// read, all but those of a step whose writing was cut off. Drops other lines of timings.csv and
+/// leftover
+/// *.tmp files. Throws NotFound when there is no such folder, Exists while a run writes to it.
 std::vector<Finding> repairArchive(const std::filesystem::path& directory);
 
 /// The text of a table, header line included; and back. Exposed for tests and for other writers.

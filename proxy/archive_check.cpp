@@ -12,23 +12,24 @@
 #include "proxy/error.h"
 #include "proxy/png_file.h"
 #include "proxy/proxy_check.h"
+#include "proxy/timings_file.h"
 
 namespace vestige {
 namespace {
 
 namespace fs = std::filesystem;
 
-using Key = std::tuple<long, std::string, std::string, std::string>;
-Key keyOf(const ArchiveRow& row) { return {row.cycle, row.view, row.field, row.proxy}; }
-
 /// The rows of the table, or none and findings.
 std::vector<ArchiveRow> readTable(const fs::path& directory, std::vector<Finding>& findings) {
   try {
     std::vector<std::byte> bytes = readBytes(directory / kTableName);
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    // The first table is renamed into place whole: no interruption leaves less than its first line.
+    if (text.find('\n') == text.npos)
+      findings.push_back({kTableName, text.empty() ? "it is empty" : "its first line is cut off"});
     bool torn = false;
-    std::vector<ArchiveRow> rows =
-        rowsFromTable({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, torn);
-    if (torn) findings.push_back({kTableName, "its last line is torn", true});
+    std::vector<ArchiveRow> rows = rowsFromTable(text, torn);
+    if (torn && findings.empty()) findings.push_back({kTableName, "its last line is torn", true});
     return rows;
   } catch (const Error& e) {
     findings.push_back({kTableName, e.what()});
@@ -52,36 +53,44 @@ std::string differenceFrom(const ArchiveRow& row, const ProxyHeader& header) {
 }
 
 void checkRow(const fs::path& directory, const ArchiveRow& row, std::vector<Finding>& findings) {
-  for (const std::string& file : {row.exr, row.png}) {
+  // Runs `check` on a file, what it throws is a finding; whether it threw nothing.
+  const auto examine = [&](const std::string& file, const auto& check) {
+    const auto report = [&](std::string problem) {
+      findings.push_back({file, std::move(problem)});
+      return false;
+    };
     try {
       std::error_code failed;
-      if (!fs::exists(directory / file, failed)) {
-        findings.push_back({file, "the table names it, but it does not exist"});
-        continue;
-      }
-      if (!liesInside(directory, file)) {
-        findings.push_back({file, "it is a link that leaves the archive"});
-        continue;
-      }
-      if (file == row.png) {
-        readPng(directory / file);
-        continue;
-      }
-      ProxyImage image = ExrFile(directory / file).image();
-      if (std::string difference = differenceFrom(row, image.header); !difference.empty())
-        findings.push_back({file, difference});
-      for (std::string& problem : problemsOf(image)) findings.push_back({file, std::move(problem)});
+      if (!fs::exists(directory / file, failed))
+        return report("the table names it, but it does not exist");
+      if (!liesInside(directory, file)) return report("it is a link that leaves the archive");
+      check(report);
+      return true;
     } catch (const Error& e) {
-      findings.push_back({file, e.what()});
+      return report(e.what());
     } catch (const std::bad_alloc&) {
-      findings.push_back({file, "it needs more memory than there is"});
+      return report("it needs more memory than there is");
     }
-  }
+  };
+  ImageSize size;
+  const bool opened = examine(row.exr, [&](const auto& report) {
+    ProxyImage image = ExrFile(directory / row.exr).image();
+    size = image.header.size;
+    if (std::string difference = differenceFrom(row, image.header); !difference.empty())
+      report(difference);
+    for (std::string& problem : problemsOf(image)) report(std::move(problem));
+  });
+  examine(row.png, [&](const auto& report) {
+    const ImageSize preview = readPng(directory / row.png).size;
+    if (opened && preview != size)
+      report(fmt::format("it has {} x {} pixels, the proxy {} x {}", preview.width, preview.height,
+                         size.width, size.height));
+  });
 }
 
 /// Duplicates, and a cycle with two times.
 void checkRows(const std::vector<ArchiveRow>& rows, std::vector<Finding>& findings) {
-  std::set<Key> seen;
+  std::set<RowKey> seen;
   std::map<std::string, int> files;
   std::map<long, double> times;
   for (const ArchiveRow& row : rows) {
@@ -110,10 +119,36 @@ void checkUnnamedFiles(const fs::path& directory, const std::vector<ArchiveRow>&
                                                : "no row of the table names it",
                         true});
   }
-  std::error_code ignored;
-  if (fs::exists(directory / (std::string(kTableName) + ".tmp"), ignored))
-    findings.push_back(
-        {std::string(kTableName) + ".tmp", "a write that was cut off left it", true});
+  for (const char* name : {kTableName, kTimingsName}) {
+    const std::string temporary = std::string(name) + ".tmp";
+    std::error_code ignored;
+    if (fs::exists(directory / temporary, ignored))
+      findings.push_back({temporary, "a write that was cut off left it", true});
+  }
+}
+
+/// A step's line of timings.csv comes after its rows: a step that has the one had the others.
+void checkTimings(const fs::path& directory, const std::vector<ArchiveRow>& rows,
+                  std::vector<Finding>& findings) {
+  std::map<long, double> times;
+  for (const ArchiveRow& row : rows) times.emplace(row.cycle, row.time);
+  try {
+    const TimingsFile timings = readTimings(directory);
+    for (const auto& problem : timings.problems)
+      findings.push_back({kTimingsName, problem.text, problem.leftover});
+    for (const auto& step : timings.steps) {
+      const auto known = times.find(step.cycle);
+      if (known == times.end())
+        findings.push_back(
+            {kTableName, fmt::format("it has no row of cycle {}, which {} names in line {}",
+                                     step.cycle, kTimingsName, step.line)});
+      else if (step.time && *step.time != known->second)
+        findings.push_back({kTimingsName, fmt::format("line {}: its time is {}, the table says {}",
+                                                      step.line, *step.time, known->second)});
+    }
+  } catch (const Error& e) {
+    findings.push_back({kTimingsName, e.what()});
+  }
 }
 
 }  // namespace
@@ -127,55 +162,9 @@ std::vector<Finding> checkArchive(const fs::path& directory,
     checkRow(directory, rows[i], findings);
     if (progress) progress(int(i) + 1, int(rows.size()));
   }
+  checkTimings(directory, rows, findings);
   checkUnnamedFiles(directory, rows, findings);
   return findings;
-}
-
-std::vector<Finding> repairArchive(const fs::path& directory) {
-  std::error_code failed;
-  if (!fs::is_directory(directory, failed))
-    throw Error(ErrorCode::NotFound, "'" + directory.string() + "' is no folder");
-  std::vector<Finding> leftOut, unread;
-  std::set<std::string> inTable;
-  for (const ArchiveRow& row : readTable(directory, unread)) inTable.insert(row.exr);
-
-  std::map<Key, ArchiveRow> rows;  // sorted by cycle, view, field, proxy
-  std::vector<std::string> temporaries;
-  for (const std::string& file : filesInCycles(directory)) {
-    if (file.ends_with(".tmp")) temporaries.push_back(file);
-    if (!file.ends_with(".exr")) continue;
-    try {
-      ProxyImage image = ExrFile(directory / file).image();
-      std::vector<std::string> problems = problemsOf(image);
-      if (!problems.empty()) throw Error(ErrorCode::Format, problems.front());
-      const ProxyHeader& h = image.header;
-      ArchiveRow row{
-          h.time, h.cycle, h.view, h.field, h.kind, file, file.substr(0, file.size() - 3) + "png"};
-      validateName("view", row.view);
-      validateName("field", row.field);
-      validateName("proxy", row.proxy);
-      readPng(directory / row.png);
-      auto [it, isNew] = rows.emplace(keyOf(row), row);
-      if (isNew) continue;
-      // Of two files of one row, the old table's; else the later one.
-      auto rank = [&](const ArchiveRow& r) {
-        return std::pair(inTable.count(r.exr), generationOf(r.exr));
-      };
-      if (rank(row) > rank(it->second)) std::swap(it->second, row);
-      leftOut.push_back(
-          {row.exr, "'" + it->second.exr + "' is the same step, view, field and proxy"});
-    } catch (const Error& e) {
-      leftOut.push_back({file, e.what()});
-    } catch (const std::bad_alloc&) {
-      leftOut.push_back({file, "it needs more memory than there is"});
-    }
-  }
-  std::vector<ArchiveRow> table;
-  for (auto& [key, row] : rows) table.push_back(std::move(row));
-  std::string text = tableText(table);
-  writeDurably(directory / kTableName, std::as_bytes(std::span(text.data(), text.size())));
-  removeInside(directory, temporaries);
-  return leftOut;
 }
 
 }  // namespace vestige

@@ -54,7 +54,7 @@ std::string stemFor(long cycle, const std::string& view, const std::string& fiel
 }
 
 int generationOf(const std::string& path) {
-  const std::string folder = path.substr(0, path.find('/'));
+  const std::string folder = cycleFolderOf(path);
   const std::size_t dash = folder.find('-');
   int generation = 1;
   if (dash != std::string::npos)
@@ -101,6 +101,15 @@ std::vector<std::string> filesInCycles(const fs::path& directory) {
   }
   std::sort(files.begin(), files.end());
   return files;
+}
+
+std::set<std::string> unfinishedFolders(const std::vector<std::string>& files,
+                                        const std::vector<ArchiveRow>& rows) {
+  std::set<std::string> folders;
+  for (const std::string& file : files)
+    if (file.ends_with(".tmp")) folders.insert(cycleFolderOf(file));
+  for (const ArchiveRow& row : rows) folders.erase(cycleFolderOf(row.exr));
+  return folders;
 }
 
 void removeInside(const fs::path& directory, const std::vector<std::string>& files) {

@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <set>
@@ -15,11 +10,13 @@
 #include <utility>
 
 #include "proxy/archive.h"
+#include "proxy/archive_lock.h"
 #include "proxy/archive_paths.h"
 #include "proxy/durable_file.h"
 #include "proxy/error.h"
 #include "proxy/exr_threads.h"
 #include "proxy/png_file.h"
+#include "proxy/timings_file.h"
 
 namespace vestige {
 namespace {
@@ -30,12 +27,6 @@ double secondsNow() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-[[noreturn]] void fail(const std::string& what, const fs::path& path, int reason) {
-  throw Error(
-      reason == ENOSPC || reason == EDQUOT ? ErrorCode::NoSpace : ErrorCode::Io,
-      fmt::format("{} '{}': {}", what, path.string(), std::generic_category().message(reason)));
-}
-
 /// What may lie in a folder that a writer can take although it has no table: nothing, or the
 /// first table's temporary file.
 bool isFresh(const fs::path& directory) {
@@ -43,7 +34,9 @@ bool isFresh(const fs::path& directory) {
   for (fs::directory_iterator it(directory, failed), end; !failed && it != end;
        it.increment(failed))
     if (it->path().filename() != std::string(kTableName) + ".tmp") return false;
-  if (failed) fail("cannot read folder", directory, failed.value());
+  if (failed)
+    throw Error(ErrorCode::Io,
+                fmt::format("cannot read folder '{}': {}", directory.string(), failed.message()));
   return true;
 }
 
@@ -56,12 +49,19 @@ std::vector<std::string> filesOf(std::span<const ArchiveRow> rows) {
   return files;
 }
 
-/// Deletes what a write that was cut off left under temporary names. Whole files that no row names
-/// stay: they may be all that is left of a damaged table.
-void removeTemporaries(const fs::path& directory) {
+/// Deletes what a write that was cut off left under temporary names, and the files of a step that
+/// was being placed. Other whole files that no row names stay: they may be all that is left of a
+/// damaged table.
+void removeUnfinished(const fs::path& directory, const std::vector<ArchiveRow>& rows) {
   std::vector<std::string> files = filesInCycles(directory);
-  std::erase_if(files, [](const std::string& file) { return !file.ends_with(".tmp"); });
+  const std::set<std::string> unfinished = unfinishedFolders(files, rows);
+  std::erase_if(files, [&](const std::string& file) {
+    return !file.ends_with(".tmp") && !unfinished.contains(cycleFolderOf(file));
+  });
   removeInside(directory, files);
+  std::error_code ignored;
+  for (const char* name : {kTableName, kTimingsName})
+    fs::remove(directory / (std::string(name) + ".tmp"), ignored);
 }
 
 }  // namespace
@@ -69,30 +69,11 @@ void removeTemporaries(const fs::path& directory) {
 ArchiveWriter::ArchiveWriter(fs::path directory, ExistingArchive policy)
     : directory_(fs::absolute(directory)) {
   createFoldersDurably(directory_);
-  lock();
-  try {
-    takeOver(policy);
-  } catch (...) {
-    ::close(folder_);
-    throw;
-  }
+  lock_ = std::make_unique<ArchiveLock>(directory_);
+  takeOver(policy);
 }
 
-ArchiveWriter::~ArchiveWriter() {
-  if (folder_ >= 0) ::close(folder_);
-}
-
-void ArchiveWriter::lock() {
-  if (folder_ >= 0) ::close(std::exchange(folder_, -1));
-  folder_ = ::open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder_ < 0) fail("cannot open archive", directory_, errno);
-  // File systems without locks are written without one.
-  if (::flock(folder_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    ::close(std::exchange(folder_, -1));
-    throw Error(ErrorCode::Exists,
-                "archive '" + directory_.string() + "' is being written by another run");
-  }
-}
+ArchiveWriter::~ArchiveWriter() = default;
 
 void ArchiveWriter::takeOver(ExistingArchive policy) {
   const fs::path table = directory_ / kTableName;
@@ -109,28 +90,29 @@ void ArchiveWriter::takeOver(ExistingArchive policy) {
                                        "' exists already; append, overwrite or choose another");
   rows_ = Archive(directory_).rows();
   if (policy == ExistingArchive::Overwrite) {
-    // First the rows, then the files: a reader never sees a row whose files are gone.
+    // First the times, then the rows, then the files: at no moment does one name what is gone.
+    fs::remove(directory_ / kTimingsName, failed);
     std::vector<std::string> files = filesOf(rows_);
     rows_.clear();
     writeTable({});
     removeInside(directory_, files);
-  } else if (readBytes(table).size() != tableText(rows_).size()) {
-    writeTable(rows_);
+  } else {
+    if (readBytes(table).size() != tableText(rows_).size()) writeTable(rows_);
+    keepTimings(directory_, [](long) { return true; });  // without what was cut off
   }
-  removeTemporaries(directory_);
+  removeUnfinished(directory_, rows_);
   earlier_ = rows_.size();
 }
 
 bool ArchiveWriter::intact() const {
-  struct stat held, seen;
-  return ::fstat(folder_, &held) == 0 && ::stat(directory_.c_str(), &seen) == 0 &&
-         held.st_ino == seen.st_ino && held.st_dev == seen.st_dev &&
-         ::access((directory_ / kTableName).c_str(), F_OK) == 0;
+  std::error_code failed;
+  return lock_ && lock_->isAt(directory_) && fs::exists(directory_ / kTableName, failed);
 }
 
 void ArchiveWriter::recover() {
   createFoldersDurably(directory_);
-  lock();
+  lock_.reset();
+  lock_ = std::make_unique<ArchiveLock>(directory_);
   std::vector<ArchiveRow> kept;
   std::size_t keptEarlier = 0;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -141,6 +123,9 @@ void ArchiveWriter::recover() {
     kept.push_back(rows_[i]);
     if (i < earlier_) ++keptEarlier;
   }
+  std::set<long> cycles;
+  for (const ArchiveRow& row : kept) cycles.insert(row.cycle);
+  keepTimings(directory_, [&](long cycle) { return cycles.contains(cycle); });
   writeTable(kept);
   rows_ = std::move(kept);
   earlier_ = keptEarlier;
@@ -180,15 +165,12 @@ std::vector<ArchiveRow> ArchiveWriter::newRows(const std::vector<Entry>& entries
   if (rows_.size() > earlier_ && cycle <= rows_.back().cycle)
     throw Error(ErrorCode::InvalidArgument,
                 fmt::format("cycle {} does not come after cycle {}", cycle, rows_.back().cycle));
-  // Files of superseded rows stay until the new table is in place, so ours need other names.
+  // Files of superseded rows stay until the new table is in place, and those of a step that was not
+  // finished may be there too: ours get a folder of their own.
   int generation = 1;
-  auto taken = [&](const ArchiveRow& row) {
-    std::string stem = stemFor(row.cycle, row.view, row.field, row.proxy, generation);
-    std::error_code ignored;
-    return fs::exists(fs::symlink_status(directory_ / (stem + ".exr"), ignored)) ||
-           fs::exists(fs::symlink_status(directory_ / (stem + ".png"), ignored));
-  };
-  while (std::any_of(rows.begin(), rows.end(), taken)) ++generation;
+  std::error_code ignored;
+  const auto folder = [&] { return cycleFolderOf(stemFor(cycle, "v", "f", "p", generation)); };
+  while (fs::exists(fs::symlink_status(directory_ / folder(), ignored))) ++generation;
   for (ArchiveRow& row : rows) {
     std::string stem = stemFor(row.cycle, row.view, row.field, row.proxy, generation);
     row.exr = stem + ".exr";
@@ -199,6 +181,8 @@ std::vector<ArchiveRow> ArchiveWriter::newRows(const std::vector<Entry>& entries
 
 void ArchiveWriter::publish(const std::vector<ArchiveRow>& rows) {
   const long cycle = rows.front().cycle;
+  // The first step of a run supersedes what an earlier one wrote of later cycles.
+  if (rows_.size() == earlier_) keepTimings(directory_, [&](long timed) { return timed < cycle; });
   auto superseded = [&](const ArchiveRow& row) { return row.cycle >= cycle; };
   auto firstNew = rows_.begin() + std::ptrdiff_t(earlier_);
   if (std::none_of(rows_.begin(), firstNew, superseded)) {

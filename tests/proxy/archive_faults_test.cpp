@@ -197,6 +197,47 @@ TEST(ArchiveFaults, AKilledWriterLeavesEveryFinishedStepAndNoDamage) {
   setExrThreads(2);
 }
 
+TEST(ArchiveFaults, AWriterKilledWhileItSupersedesLeavesTheOldStepsOrItsOwn) {
+  Folder folder;
+  setExrThreads(0);
+  std::mt19937 random(11);
+  const fs::path stored = folder / "stored.cdb";
+  {
+    ArchiveWriter writer(stored, ExistingArchive::Refuse);
+    for (long cycle = 0; cycle < 6; ++cycle) writeStep(writer, cycle, 0.5);
+  }
+  const std::vector<ArchiveRow> old = Archive(stored).rows();
+  for (int round = 0; round < 16; ++round) {
+    const bool append = round % 2 == 0;
+    const fs::path path = folder / ("a" + std::to_string(round) + ".cdb");
+    fs::copy(stored, path, fs::copy_options::recursive);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      try {
+        ArchiveWriter writer(path, append ? ExistingArchive::Append : ExistingArchive::Overwrite);
+        for (long cycle = 3;; ++cycle) writeStep(writer, cycle, 0.75);
+      } catch (...) {
+      }
+      ::_exit(1);
+    }
+    ::usleep(useconds_t(random() % 30000));
+    ::kill(child, SIGKILL);
+    int status;
+    ::waitpid(child, &status, 0);
+    for (const Finding& f : checkArchive(path)) EXPECT_TRUE(f.leftover) << f.file << f.problem;
+    const std::vector<ArchiveRow> rows = Archive(path).rows();
+    if (rows != old) {
+      for (const ArchiveRow& row : rows)
+        EXPECT_EQ(row.time, row.cycle < 3 && append ? 0.5 : 0.75) << row.exr;
+      EXPECT_EQ(rows.size() % 5, 0u);
+      EXPECT_TRUE(!append || rows.size() > 15u);
+    }
+    repairArchive(path);
+    EXPECT_EQ(Archive(path).rows().size(), rows.size()) << "a repair brought steps back";
+  }
+  setExrThreads(2);
+}
+
 TEST(DurableFile, WritesAppendsAndTruncates) {
   Folder folder;
   auto write = [&](const std::string& text) {

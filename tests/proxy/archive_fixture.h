@@ -159,7 +159,7 @@ inline ArchiveWriter::Written writeStep(ArchiveWriter& writer, long cycle, doubl
   h.time = time;
   h.field = field;
   std::vector<ProxyImage> images = someImages(h, double(cycle));
-  const Raster preview = someRaster();
+  const Raster preview = someRaster(h.size);
   std::vector<ArchiveWriter::Entry> entries;
   for (const ProxyImage& image : images) entries.push_back({&image, &preview});
   return writer.writeStep(entries);

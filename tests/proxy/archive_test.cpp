@@ -36,7 +36,7 @@ TEST(Archive, WhatIsWrittenIsReadAndPassesTheCheck) {
   EXPECT_EQ(archive.open(*row).header().cycle, 10);
   EXPECT_EQ(archive.open(*row).header().time, 0.25);
   EXPECT_FALSE(archive.find(10, "back", "temperature", kind::kDepth));
-  EXPECT_EQ(readPng(path / row->png).rgba, someRaster().rgba);
+  EXPECT_EQ(readPng(path / row->png).rgba, someRaster({12, 10}).rgba);
   int last = 0;
   auto findings = checkArchive(path, [&](int done, int total) {
     EXPECT_EQ(done, ++last);
@@ -79,7 +79,7 @@ TEST(Archive, FieldNamesThatLookAlikeAsFileNamesStayApart) {
     h.cycle = cycle;
     images.push_back(mipImage(h, Planes(h).mip));
   }
-  const Raster preview = someRaster();
+  const Raster preview = someRaster({12, 10});
   std::vector<ArchiveWriter::Entry> entries;
   for (const ProxyImage& image : images) entries.push_back({&image, &preview});
   writer.writeStep(entries);
@@ -105,7 +105,7 @@ TEST(Archive, NamesThatATableCannotHoldAreRefusedBeforeAnythingIsWritten) {
   ProxyImage image = someImages(someHeader())[3], later = image;
   later.header.cycle = 11;
   image.header.cycle = 10;
-  const Raster preview = someRaster();
+  const Raster preview = someRaster({12, 10});
   expectError(ErrorCode::InvalidArgument, "cycles 10 and 11", [&] {
     writer.writeStep({{&image, &preview}, {&later, &preview}});
   });

@@ -54,7 +54,13 @@ TEST(CinemaTable, EveryPrefixOfAnArchivesTableOpensAndCanBeContinued) {
   for (std::size_t size = 0; size <= whole.size(); ++size) {
     overwrite(table, whole.substr(0, size));
     const std::size_t rows = Archive(path).rows().size();
-    for (const Finding& f : checkArchive(path)) EXPECT_TRUE(f.leftover) << f.file << f.problem;
+    // A table is put in place whole and then grows: less than its first line is damage.
+    const bool beheaded = size < tableHeaderLine().size();
+    std::vector<Finding> findings = checkArchive(path);
+    for (const Finding& f : findings)
+      EXPECT_EQ(f.leftover, !(beheaded && f.file == "data.csv")) << f.file << f.problem;
+    EXPECT_EQ(beheaded, std::any_of(findings.begin(), findings.end(),
+                                    [](const Finding& f) { return !f.leftover; }));
     if (size % 37) continue;
     {
       ArchiveWriter writer(path, ExistingArchive::Append);

@@ -70,6 +70,24 @@ double overlap(const Box& a, const Box& b) {
   return least;
 }
 
+/// Appends what of `range` lies outside of `hole`, in up to six ranges.
+void subtract(SampleRange range, const SampleRange& hole, std::vector<SampleRange>& out) {
+  for (std::size_t a = 0; a < 3; ++a) {
+    // What lies below and above the hole along this axis; go on with what lies beside it.
+    SampleRange below = range, above = range;
+    below.high[a] = std::min(range.high[a], hole.low[a]);
+    above.low[a] = std::max(range.low[a], hole.high[a]);
+    if (below == range || above == range || range.empty()) {
+      if (!range.empty()) out.push_back(range);
+      return;
+    }
+    if (!below.empty()) out.push_back(below);
+    if (!above.empty()) out.push_back(above);
+    range.low[a] = std::max(range.low[a], hole.low[a]);
+    range.high[a] = std::min(range.high[a], hole.high[a]);
+  }
+}
+
 }  // namespace
 
 const FieldView* Block::find(const std::string& name) const {
@@ -306,25 +324,53 @@ BlockGrid BlockSet::marchGrid(int index, Location location) const {
   return grid;
 }
 
-SampleRange BlockSet::ownSamples(int index, Location location) const {
+std::vector<SampleRange> BlockSet::ownSamples(int index, Location location) const {
   const Block& block = at(index);
-  SampleRange range;
   const auto own = ownPoints(block);
-  if (!own) return range;
-  const Box all = domain();
+  if (!own) return {};
+  SampleRange all;
   const auto samples = block.samples(location);
-  const auto thick = thickness();
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto a = std::size_t(axis);
-    range.low[a] = block.grid.ghosts[2 * a];
-    range.high[a] = samples[a] - block.grid.ghosts[2 * a + 1];
-    // The last point of a block is the first one of the block above it.
-    const bool atTop = own->high[axis] >= all.high[axis] - kTolerance * all.diagonal();
-    const bool flatDomain = thick[a] > 0.0;
-    if (location == Location::Point && !atTop && !flatDomain) --range.high[a];
-    range.high[a] = std::max(range.high[a], range.low[a]);
+  for (std::size_t a = 0; a < 3; ++a) {
+    all.low[a] = block.grid.ghosts[2 * a];
+    all.high[a] = std::max(samples[a] - block.grid.ghosts[2 * a + 1], all.low[a]);
   }
-  return range;
+  std::vector<SampleRange> ranges{all};
+  if (location == Location::Cell) return ranges;
+  const double tolerance = kTolerance * domain().diagonal();
+  for (const auto& [other, neighbour] : blocks_) {
+    if (other >= index) break;
+    const auto theirs = ownPoints(neighbour);
+    if (!theirs || overlap(*own, *theirs) < -tolerance) continue;
+    SampleRange shared;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto& points = block.points[a];
+      const double low = theirs->low[int(a)] - tolerance, high = theirs->high[int(a)] + tolerance;
+      shared.low[a] = int(std::lower_bound(points.begin(), points.end(), low) - points.begin());
+      shared.high[a] = int(std::upper_bound(points.begin(), points.end(), high) - points.begin());
+    }
+    std::vector<SampleRange> left;
+    for (const auto& range : ranges) subtract(range, shared, left);
+    ranges = std::move(left);
+  }
+  return ranges;
+}
+
+std::array<std::vector<SamplePlace>, 3> BlockSet::facePlaces(int index, Location location) const {
+  std::array<std::vector<SamplePlace>, 3> places;
+  const Block& block = at(index);
+  const auto own = ownPoints(block);
+  if (!own) return places;
+  const auto nodes = block.nodes(location);
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto between = [&](int below, double place) {
+      if (below < 0 || below + 1 >= int(nodes[a].size())) return;
+      const double low = nodes[a][std::size_t(below)], high = nodes[a][std::size_t(below) + 1];
+      if (low < place && place < high) places[a].push_back({below, (place - low) / (high - low)});
+    };
+    between(block.grid.ghosts[2 * a] - 1, own->low[int(a)]);
+    between(int(nodes[a].size()) - 1 - block.grid.ghosts[2 * a + 1], own->high[int(a)]);
+  }
+  return places;
 }
 
 }  // namespace vestige

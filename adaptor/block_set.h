@@ -38,6 +38,15 @@ struct Block {
 /// Samples [low, high) per axis.
 struct SampleRange {
   std::array<int, 3> low{}, high{};
+  bool empty() const { return high[0] <= low[0] || high[1] <= low[1] || high[2] <= low[2]; }
+  friend bool operator==(const SampleRange&, const SampleRange&) = default;
+};
+
+/// A place between two neighbouring samples of an axis: (1 - weight) f[below] + weight f[below +
+/// 1].
+struct SamplePlace {
+  int below = 0;
+  double weight = 0.0;
 };
 
 /// The blocks of this process and what is shared on them. Errors are AdaptorErrors that name block
@@ -69,9 +78,13 @@ class BlockSet {
   double coverage() const;
   /// The grid that a field at this location is marched on; its owned box may be of zero volume.
   BlockGrid marchGrid(int index, Location location) const;
-  /// The samples that this block counts in statistics: each sample of the domain is in exactly one
-  /// block's range, points on a shared face in the block above it.
-  SampleRange ownSamples(int index, Location location) const;
+  /// The samples that this block counts in statistics, in disjoint ranges: each sample of the
+  /// domain is in exactly one block's. Points on a face, edge or corner that blocks share are those
+  /// of the block with the lowest index; where the two grids differ there, its points alone count.
+  std::vector<SampleRange> ownSamples(int index, Location location) const;
+  /// Where the faces of the owned box lie between an own sample and a ghost, by axis, low before
+  /// high: with cell data, rays see values there that are no sample's.
+  std::array<std::vector<SamplePlace>, 3> facePlaces(int index, Location location) const;
 
  private:
   Block& edit(int index);

@@ -131,7 +131,9 @@ std::vector<FieldPart> partsOf(const PlannedField& field, const BlockSet& blocks
   std::vector<FieldPart> parts;
   for (const auto& [index, block] : blocks.blocks()) {
     if (block.grid.empty()) continue;
-    parts.push_back({readerOf(field, block), blocks.ownSamples(index, field.location)});
+    for (const auto& own : blocks.ownSamples(index, field.location)) {
+      parts.push_back({readerOf(field, block), own, blocks.facePlaces(index, field.location)});
+    }
   }
   return parts;
 }

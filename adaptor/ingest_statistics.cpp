@@ -93,11 +93,55 @@ std::vector<Plane> planesOf(const std::vector<FieldPart>& parts) {
 
 template <class Visit>
 void visitRows(const Plane& plane, Visit visit) {
-  const auto& [reader, own] = *plane.part;
+  const auto& [reader, own, faces] = *plane.part;
   std::vector<double> row(std::size_t(reader.size()[0]));
   for (int y = own.low[1]; y < own.high[1]; ++y) {
     reader.row(y, plane.z, row.data());
-    visit(row.data() + own.low[0], own.high[0] - own.low[0]);
+    visit(row.data());
+  }
+}
+
+/// Widens a range by a row's values on the faces across it.
+void widenByFaces(const FieldPart& part, const double* row, Moments& range) {
+  for (const auto& [below, weight] : part.faces[0]) {
+    const double value = (1.0 - weight) * row[below] + weight * row[below + 1];
+    if (!std::isfinite(value)) continue;
+    range.low = std::min(range.low, value);
+    range.high = std::max(range.high, value);
+  }
+}
+
+/// Widens a range by the rows that run in the faces along it: between samples in y, in z or in
+/// both.
+void widenByRowsInFaces(const FieldPart& part, Moments& range) {
+  const auto& own = part.own;
+  // Every place of an axis: own samples, then the faces.
+  const auto placesOf = [&](std::size_t a) {
+    std::vector<SamplePlace> places;
+    for (int i = own.low[a]; i < own.high[a]; ++i) places.push_back({i, 0.0});
+    places.insert(places.end(), part.faces[a].begin(), part.faces[a].end());
+    return places;
+  };
+  if (own.empty() || (part.faces[1].empty() && part.faces[2].empty())) return;
+  std::vector<double> sum(std::size_t(part.reader.size()[0])), row(sum.size());
+  const auto ys = placesOf(1), zs = placesOf(2);
+  for (const auto& z : zs) {
+    for (const auto& y : ys) {
+      if (y.weight == 0.0 && z.weight == 0.0) continue;
+      std::fill(sum.begin(), sum.end(), 0.0);
+      for (const int dz : {0, 1}) {
+        for (const int dy : {0, 1}) {
+          const double weight = (dz ? z.weight : 1.0 - z.weight) * (dy ? y.weight : 1.0 - y.weight);
+          if (weight == 0.0) continue;
+          part.reader.row(y.below + dy, z.below + dz, row.data());
+          for (std::size_t x = 0; x < sum.size(); ++x) sum[x] += weight * row[x];
+        }
+      }
+      const auto inFace = momentsOf(sum.data() + own.low[0], own.high[0] - own.low[0]);
+      range.low = std::min(range.low, inFace.low);
+      range.high = std::max(range.high, inFace.high);
+      widenByFaces(part, sum.data(), range);
+    }
   }
 }
 
@@ -107,12 +151,16 @@ FieldStatistics measureField(const std::vector<FieldPart>& parts, int threads, i
   const auto planes = planesOf(parts);
   std::vector<Moments> partial(planes.size());
   parallelFor(int(planes.size()), threads, [&](int i) {
-    visitRows(planes[std::size_t(i)], [&](const double* values, int count) {
-      partial[std::size_t(i)].add(momentsOf(values, count));
+    const auto& part = *planes[std::size_t(i)].part;
+    auto& moments = partial[std::size_t(i)];
+    visitRows(planes[std::size_t(i)], [&](const double* row) {
+      moments.add(momentsOf(row + part.own.low[0], part.own.high[0] - part.own.low[0]));
+      widenByFaces(part, row, moments);
     });
   });
   Moments all;
   for (const auto& moments : partial) all.add(moments);
+  for (const auto& part : parts) widenByRowsInFaces(part, all);
 
   FieldStatistics result;
   result.count = all.samples;
@@ -132,10 +180,11 @@ FieldStatistics measureField(const std::vector<FieldPart>& parts, int threads, i
   std::mutex mutex;
   parallelFor(int(planes.size()), threads, [&](int i) {
     std::vector<std::uint64_t> histogram(std::size_t(bins), 0);
-    visitRows(planes[std::size_t(i)], [&](const double* values, int count) {
-      for (int k = 0; k < count; ++k) {
-        if (std::isnan(values[k])) continue;
-        const int bin = scale > 0.0 ? int((values[k] - all.low) * scale) : 0;
+    const auto& own = planes[std::size_t(i)].part->own;
+    visitRows(planes[std::size_t(i)], [&](const double* row) {
+      for (int x = own.low[0]; x < own.high[0]; ++x) {
+        if (std::isnan(row[x])) continue;
+        const int bin = scale > 0.0 ? int((row[x] - all.low) * scale) : 0;
         ++histogram[std::size_t(std::min(bin, bins - 1))];
       }
     });

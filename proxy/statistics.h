@@ -7,8 +7,8 @@
 
 namespace vestige {
 
-/// One field at one step, over all owned (non-ghost) samples. Moments and range are of the finite
-/// samples. The histogram has equal bins over [low, high], the last one closed.
+/// One field at one step, over all owned (non-ghost) samples. Moments are of the finite samples; the
+/// range holds them and what is interpolated between them and ghosts on faces. The histogram has equal bins over [low, high], the last one closed.
 struct FieldStatistics {
   std::uint64_t count = 0;   ///< samples in all
   std::uint64_t noData = 0;  ///< of these NaN, infinite or masked

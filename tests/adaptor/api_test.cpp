@@ -193,6 +193,33 @@ TEST(Session, DeepPartsOfAnArchiveSplitIntoBlocksAreThoseOfTheWhole) {
   }
 }
 
+TEST(Session, GhostsBeyondTheDomainAreSeenAndTheArchiveIsSound) {
+  const Folder folder;
+  Sample sample;
+  const auto n = sample.size;
+  std::fill(sample.grid.ghosts, sample.grid.ghosts + 6, 1);
+  // Cells within 0..1, ghosts at 3: rays see up to 2 on faces, more on edges and in corners.
+  std::vector<float> cells;
+  for (int z = 0; z < n[2] - 1; ++z)
+    for (int y = 0; y < n[1] - 1; ++y)
+      for (int x = 0; x < n[0] - 1; ++x) {
+        const bool own = x > 0 && y > 0 && z > 0 && x < n[0] - 2 && y < n[1] - 2 && z < n[2] - 2;
+        cells.push_back(own ? float(x) / float(n[0]) : 3.0f);
+      }
+  Simulation run(folder / "a.cdb", std::string(kSmallImage) + "[[view]]\nset = 'orbit:30,20'\n");
+  vestige_block(run.session, 0, &sample.grid);
+  vestige_share_field(run.session, 0, "f", VESTIGE_FLOAT32, VESTIGE_CELL, 1, cells.data(), nullptr);
+  ASSERT_EQ(vestige_execute(run.session, 0, 0.0), VESTIGE_OK) << run.error();
+  EXPECT_EQ(damageOf(folder / "a.cdb"), "");
+  const Archive archive(folder / "a.cdb");
+  const auto image = archive.open(*archive.find(0, "orbit_30_20", "f", kind::kMip)).image();
+  const auto& values = image.parts[0].channels[0].values;
+  float high = 0.0f;
+  for (const float value : values) high = std::isnan(value) ? high : std::max(high, value);
+  EXPECT_GT(high, 1.5f);
+  EXPECT_LT(image.header.statistics.mean, 1.0);
+}
+
 TEST(Session, CellDataConstantFieldsAndThinDomainsWork) {
   const Folder folder;
   for (const auto& [name, size] : std::map<std::string, std::array<int, 3>>{

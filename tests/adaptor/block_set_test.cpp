@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 
 #include "adaptor/adaptor_error.h"
 
@@ -54,19 +56,108 @@ TEST(BlockSet, NeighboursAgreeOnTheirFaceToTheLastBit) {
   EXPECT_NEAR(blocks.coverage(), 1.0, 1e-12);
 }
 
+/// How often each sample of the lattice (grid()'s numbering) is counted; ghosts included in
+/// `first`.
+std::map<std::array<int, 3>, int> countsOf(const BlockSet& blocks, Location location) {
+  std::map<std::array<int, 3>, int> counts;
+  for (const auto& [index, block] : blocks.blocks()) {
+    const auto& first = block.grid.first;
+    for (const auto& [low, high] : blocks.ownSamples(index, location))
+      for (int z = low[2]; z < high[2]; ++z)
+        for (int y = low[1]; y < high[1]; ++y)
+          for (int x = low[0]; x < high[0]; ++x)
+            ++counts[{first[0] + x, first[1] + y, first[2] + z}];
+  }
+  return counts;
+}
+
 TEST(BlockSet, EverySampleIsOwnedOnce) {
   BlockSet blocks;
   blocks.describe(0, grid({8, 6, 3}, {0, 0, 0}, {0, 1, 0, 0, 0, 0}));
   blocks.describe(1, grid({6, 6, 3}, {5, 0, 0}, {1, 0, 0, 0, 0, 0}));
-  // Points 0..10: the shared point 6 belongs to the upper block.
-  EXPECT_EQ(blocks.ownSamples(0, Location::Point).high[0], 6);
-  EXPECT_EQ(blocks.ownSamples(1, Location::Point).low[0], 1);
-  EXPECT_EQ(blocks.ownSamples(1, Location::Point).high[0], 6);
-  EXPECT_EQ(blocks.ownSamples(1, Location::Point).high[1], 6);
+  // Points 0..10: the shared point 6 belongs to the block of the lowest index.
+  using Ranges = std::vector<SampleRange>;
+  EXPECT_EQ(blocks.ownSamples(0, Location::Point), (Ranges{{{0, 0, 0}, {7, 6, 3}}}));
+  EXPECT_EQ(blocks.ownSamples(1, Location::Point), (Ranges{{{2, 0, 0}, {6, 6, 3}}}));
   // Cells 0..9: 6 and 4.
-  EXPECT_EQ(blocks.ownSamples(0, Location::Cell).high[0], 6);
-  EXPECT_EQ(blocks.ownSamples(1, Location::Cell).low[0], 1);
-  EXPECT_EQ(blocks.ownSamples(1, Location::Cell).high[0], 5);
+  EXPECT_EQ(blocks.ownSamples(0, Location::Cell), (Ranges{{{0, 0, 0}, {6, 5, 2}}}));
+  EXPECT_EQ(blocks.ownSamples(1, Location::Cell), (Ranges{{{1, 0, 0}, {5, 5, 2}}}));
+}
+
+TEST(BlockSet, SamplesOfAnySetOfBlocksAreCountedExactlyOnce) {
+  struct Case {
+    const char* name;
+    std::vector<std::pair<std::array<int, 3>, std::array<int, 3>>> boxes;  ///< points [low, high]
+  };
+  const std::vector<Case> cases{
+      {"an L", {{{0, 0, 0}, {4, 4, 4}}, {{4, 0, 0}, {8, 4, 4}}, {{0, 4, 0}, {4, 8, 4}}}},
+      {"an L, numbered backward",
+       {{{0, 4, 0}, {4, 8, 4}}, {{4, 0, 0}, {8, 4, 4}}, {{0, 0, 0}, {4, 4, 4}}}},
+      {"a face half covered", {{{0, 0, 0}, {8, 4, 8}}, {{2, 4, 2}, {5, 8, 6}}}},
+      {"touching in an edge and in a corner",
+       {{{4, 4, 4}, {8, 8, 8}}, {{0, 0, 4}, {4, 4, 8}}, {{0, 8, 0}, {4, 9, 4}}}},
+      {"apart", {{{0, 0, 0}, {2, 2, 2}}, {{5, 0, 0}, {7, 2, 2}}}},
+      {"eight around a point",
+       {{{0, 0, 0}, {2, 2, 2}},
+        {{2, 0, 0}, {4, 2, 2}},
+        {{0, 2, 0}, {2, 4, 2}},
+        {{2, 2, 0}, {4, 4, 2}},
+        {{0, 0, 2}, {2, 2, 4}},
+        {{2, 0, 2}, {4, 2, 4}},
+        {{0, 2, 2}, {2, 4, 4}},
+        {{2, 2, 2}, {4, 4, 4}}}}};
+  for (const auto& [name, boxes] : cases) {
+    for (const int ghosts : {0, 1}) {
+      for (const bool statedDomain : {false, true}) {
+        BlockSet blocks;
+        std::set<std::array<int, 3>> points, cells;
+        int index = 0;
+        for (const auto& [low, high] : boxes) {
+          std::array<int, 3> size{}, first{};
+          for (std::size_t a = 0; a < 3; ++a) {
+            size[a] = high[a] - low[a] + 1 + 2 * ghosts;
+            first[a] = low[a] - ghosts;
+          }
+          blocks.describe(index++,
+                          grid(size, first, {ghosts, ghosts, ghosts, ghosts, ghosts, ghosts}));
+          for (int z = low[2]; z <= high[2]; ++z)
+            for (int y = low[1]; y <= high[1]; ++y)
+              for (int x = low[0]; x <= high[0]; ++x) {
+                points.insert({x, y, z});
+                if (x < high[0] && y < high[1] && z < high[2]) cells.insert({x, y, z});
+              }
+        }
+        if (statedDomain) blocks.setDomain({{-10, -10, -10}, {50, 50, 50}});
+        blocks.validate();
+        for (const auto location : {Location::Point, Location::Cell}) {
+          const auto& wanted = location == Location::Point ? points : cells;
+          const auto counts = countsOf(blocks, location);
+          EXPECT_EQ(counts.size(), wanted.size()) << name;
+          for (const auto& [sample, count] : counts) {
+            EXPECT_EQ(count, 1) << name << ": " << sample[0] << ' ' << sample[1] << ' '
+                                << sample[2];
+            EXPECT_TRUE(wanted.contains(sample)) << name;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(BlockSet, FacesLieBetweenCellsAndTheirGhosts) {
+  BlockSet blocks;
+  auto description = grid({6, 5, 1}, {0, 0, 0}, {1, 0, 0, 1, 0, 0});
+  description.axes[1] = {0.0, 1.0, 2.0, 3.0, 6.0};
+  blocks.describe(0, description);
+  const auto places = blocks.facePlaces(0, Location::Cell);
+  ASSERT_EQ(places[0].size(), 1u);
+  EXPECT_EQ(places[0][0].below, 0);
+  EXPECT_NEAR(places[0][0].weight, 0.5, 1e-12);
+  ASSERT_EQ(places[1].size(), 1u);  // the face at 3 between centres at 2.5 and 4.5
+  EXPECT_EQ(places[1][0].below, 2);
+  EXPECT_NEAR(places[1][0].weight, 0.25, 1e-12);
+  EXPECT_TRUE(places[2].empty());
+  for (const auto& axis : blocks.facePlaces(0, Location::Point)) EXPECT_TRUE(axis.empty());
 }
 
 TEST(BlockSet, CellSamplesStandAtTheCellsCentres) {
@@ -87,8 +178,8 @@ TEST(BlockSet, DomainOfOnePointAlongAnAxisIsOneSpacingThick) {
   EXPECT_NEAR(blocks.domain().size().z, 0.3, 1e-12);
   EXPECT_EQ(blocks.owned(0), blocks.domain());
   EXPECT_EQ(blocks.at(0).samples(Location::Cell), (std::array<int, 3>{10, 5, 1}));
-  const auto own = blocks.ownSamples(0, Location::Point);
-  EXPECT_EQ(own.high, (std::array<int, 3>{11, 6, 1}));
+  EXPECT_EQ(blocks.ownSamples(0, Location::Point),
+            (std::vector<SampleRange>{{{0, 0, 0}, {11, 6, 1}}}));
 }
 
 TEST(BlockSet, EmptyBlocksAreFineAndAllEmptyIsAnError) {

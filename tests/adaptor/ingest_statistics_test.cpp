@@ -24,7 +24,7 @@ struct Sample {
     field.size = {x1 - x0, 12, 9};
     field.strides = {8, 8 * 21, 8 * 21 * 12};
     field.components = {reinterpret_cast<const std::byte*>(data.data() + x0)};
-    return {FieldReader(field, {}, {}, {}), {{ownLow, 0, 0}, {ownHigh, 12, 9}}};
+    return {FieldReader(field, {}, {}, {}), {{ownLow, 0, 0}, {ownHigh, 12, 9}}, {}};
   }
 };
 
@@ -62,6 +62,41 @@ TEST(IngestStatistics, DoNotDependOnHowTheDomainIsSplit) {
   EXPECT_EQ(split.histogram, whole.histogram);
   EXPECT_NEAR(split.mean, whole.mean, 1e-9);
   EXPECT_NEAR(split.deviation, whole.deviation, 1e-9);
+}
+
+TEST(IngestStatistics, TheirRangeHoldsWhatIsInterpolatedOnFacesEdgesAndCorners) {
+  // Own samples are 0; the ghost at one corner is not: only the box's corner sees it.
+  Sample sample;
+  std::fill(sample.data.begin(), sample.data.end(), 0.0);
+  const auto at = [&](int x, int y, int z) -> double& {
+    return sample.data[std::size_t(x + 21 * (y + 12 * z))];
+  };
+  auto part = sample.part(0, 21, 1, 20);
+  part.own = {{1, 1, 1}, {20, 11, 8}};
+  part.faces = {{{{0, 0.5}, {19, 0.5}}, {{0, 0.5}, {10, 0.25}}, {{0, 0.5}, {7, 0.5}}}};
+  EXPECT_EQ(measureField({part}, 2).high, 0.0);
+  for (const auto& [place, high] :
+       std::vector<std::pair<std::array<int, 3>, double>>{{{20, 11, 8}, 0.0625},
+                                                          {{0, 0, 0}, 0.125},
+                                                          {{20, 11, 4}, 0.125},
+                                                          {{5, 0, 0}, 0.25},
+                                                          {{0, 5, 5}, 0.5},
+                                                          {{7, 11, 4}, 0.25},
+                                                          {{7, 7, 8}, 0.5},
+                                                          {{7, 7, 4}, 1.0}}) {
+    at(place[0], place[1], place[2]) = 1.0;
+    const auto result = measureField({part}, 2);
+    EXPECT_EQ(result.high, high) << place[0] << ' ' << place[1] << ' ' << place[2];
+    EXPECT_EQ(result.low, 0.0);
+    EXPECT_EQ(result.count, 19u * 10 * 7);
+    EXPECT_EQ(std::accumulate(result.histogram.begin(), result.histogram.end(), 0ull),
+              result.count);
+    at(place[0], place[1], place[2]) = -1.0;
+    EXPECT_EQ(measureField({part}, 2).low, -high);
+    at(place[0], place[1], place[2]) = std::nan("");
+    EXPECT_EQ(measureField({part}, 2).high, 0.0);
+    at(place[0], place[1], place[2]) = 0.0;
+  }
 }
 
 TEST(IngestStatistics, CountWhatHasNoData) {

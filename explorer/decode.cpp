@@ -7,6 +7,7 @@
 #include <future>
 
 #include "proxy/error.h"
+#include "proxy/proxy_check.h"
 
 namespace vestige {
 namespace {
@@ -28,6 +29,13 @@ ProxyPart takePart(ProxyImage& image, std::string_view name) {
   }
   throw Error(ErrorCode::NotFound,
               "the " + image.header.kind + " proxy has no part '" + std::string(name) + "'");
+}
+
+/// The part, unless a value is out of its range.
+ProxyPart inRange(const ProxyHeader& header, ProxyPart part) {
+  const auto problems = outOfRange(header, part);
+  if (!problems.empty()) throw Error(ErrorCode::Format, problems.front());
+  return part;
 }
 
 /// The channels of a part in the partition's order; those that are absent are empty planes.
@@ -63,6 +71,11 @@ void takeEnds(LengthPlanes& planes, ProxyPart part) {
   }
 }
 
+Error namingFile(const Error& error, const ExrFile& file) {
+  const std::string name = file.path().string(), text = error.what();
+  return {error.code(), text.find(name) != text.npos ? text : "'" + name + "': " + text};
+}
+
 /// Archives store lengths as subnormal halves (docs/archive-format.md, "Values"), which a GPU may
 /// flush to zero; 2^12 times as large they are normal halves, and exactly the same numbers.
 double normalHalfUnit(double unit) { return unit * 0x1p-12; }
@@ -82,21 +95,31 @@ LengthPlanes lengthPlanes(ProxyImage image) {
   return planes;
 }
 
-LengthPlanes readLengthPlanes(const ExrFile& file) {
+LengthPlanes readLengthPlanes(const ExrFile& file) try {
   LengthPlanes planes;
   planes.header = file.header();
   requireHeader(planes.header, kind::kLength, true);
   // A file handle serves one reader; the second part gets a handle of its own.
   auto depth = std::async(std::launch::async, [&] {
-    return planesOf(ExrFile(file.path()).part("depth"), planes.header);
+    return planesOf(inRange(planes.header, ExrFile(file.path()).part("depth")), planes.header);
   });
-  ProxyPart length = file.part("length");
+  ProxyPart length = inRange(planes.header, file.part("length"));
   planes.unit = normalHalfUnit(length.unit);
   planes.length = planesOf(std::move(length), planes.header);
-  planes.runs = planesOf(file.part("runs"), planes.header);
-  if (file.has("ends")) takeEnds(planes, file.part("ends"));
+  planes.runs = planesOf(inRange(planes.header, file.part("runs")), planes.header);
+  if (file.has("ends")) takeEnds(planes, inRange(planes.header, file.part("ends")));
   planes.depth = depth.get();
   return planes;
+} catch (const Error& error) {
+  throw namingFile(error, file);
+}
+
+ProxyImage readImage(const ExrFile& file) try {
+  ProxyImage image = file.image();
+  for (ProxyPart& part : image.parts) part = inRange(image.header, std::move(part));
+  return image;
+} catch (const Error& error) {
+  throw namingFile(error, file);
 }
 
 AttenuationPlanes attenuationPlanes(ProxyImage image) {

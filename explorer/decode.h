@@ -38,10 +38,15 @@ struct DepthLayers {
   int count() const { return int(depth.size()); }
 };
 
-/// From a proxy in memory or in a file. Throw Format or NotFound naming what is missing. Parts of
-/// a file are decoded on several threads.
-LengthPlanes lengthPlanes(ProxyImage image);
+/// From a file, parts decoded on several threads. Throw Format or NotFound naming file, channel and
+/// what is missing, or out of its range (outOfRange() in proxy/proxy_check.h): what follows relies
+/// on finite depths, lengths >= 0 and numbers of runs.
 LengthPlanes readLengthPlanes(const ExrFile& file);
+ProxyImage readImage(const ExrFile& file);
+
+/// From a proxy in memory, whose values are in their ranges. Throw Format or NotFound naming what
+/// is missing.
+LengthPlanes lengthPlanes(ProxyImage image);
 AttenuationPlanes attenuationPlanes(ProxyImage image);
 DepthLayers depthLayers(ProxyImage image);
 

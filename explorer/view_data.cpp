@@ -49,7 +49,7 @@ const ArchiveRow& ViewData::row(std::string_view proxy) const {
 }
 
 ProxyImage ViewData::image(std::string_view proxy) const {
-  return archive_.open(row(proxy)).image();
+  return readImage(archive_.open(row(proxy)));
 }
 
 const IntervalPartition* ViewData::partition() const { return partition_ ? &*partition_ : nullptr; }

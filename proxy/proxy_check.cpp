@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <tuple>
 
 #include "proxy/proxy_layout.h"
@@ -14,6 +16,78 @@ namespace {
 
 /// A relative allowance for what the rays computed in float before anything was stored.
 constexpr double kComputed = 1e-4;
+
+/// The values that a channel may hold: low .. high, or the one called `also`.
+struct Rule {
+  const char* wanted;
+  double low, high;
+  std::optional<float> also;
+  bool whole = false;
+};
+
+Rule ruleFor(const ProxyHeader& header, const ProxyPart& part, const std::string& channel) {
+  const std::string& kind = header.kind;
+  const double fraction = 1.0 + part.error + kComputed;
+  if (kind == kind::kAttenuation) return {"a fraction of light", 0.0, fraction, {}};
+  if (part.name == "length") {
+    const double longest = header.domain.diagonal() * (1.0 + kComputed) + part.error;
+    return {"a length within the domain", 0.0, longest, {}};
+  }
+  if (part.name == "runs") return {"a whole number 0 .. 2047", 0.0, 2047.0, {}, true};
+  if (part.name == "ends") {
+    const int channels = header.partition ? header.partition->channels() : 0;
+    return {"1 + a channel, or 0", 0.0, double(channels), {}, true};
+  }
+  if (part.name == "depth" || channel == "Z") {
+    const DepthRange range = depthRange(header.camera, header.domain);
+    const double slack = part.error + kComputed * (range.high - range.low);
+    const double low = range.low - slack, high = range.high + slack;
+    if (channel == "Z") return {"a depth within the domain or +infinity", low, high, HUGE_VALF};
+    return {"a depth within the domain or 0", low, high, 0.0f};
+  }
+  if (kind == kind::kDepth) return {"a component of a unit vector", -1.02, 1.02, {}};
+  if (kind == kind::kMip) {
+    const FieldStatistics& s = header.statistics;
+    const double slack = kComputed * std::max({s.high - s.low, std::abs(s.low), std::abs(s.high)});
+    return {"within the field's range, or NaN", s.low - slack, s.high + slack, NAN};
+  }
+  if (channel == "A") return {"an opacity", 0.0, fraction, {}};
+  return {"light >= 0", 0.0, std::numeric_limits<float>::max(), {}};
+}
+
+/// The first value that breaks the rule, or the number of values.
+std::size_t firstOutOfRange(const std::vector<float>& values, const Rule& rule) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  const float low = float(std::clamp(rule.low, -kMost, kMost)),
+              high = float(std::clamp(rule.high, -kMost, kMost)), also = rule.also.value_or(low);
+  const bool nanToo = std::isnan(also), whole = rule.whole;
+  const auto breaks = [=](float v) {
+    return !((v >= low && v <= high && !(whole && v != std::floor(v))) || v == also ||
+             (nanToo && v != v));
+  };
+  // In blocks without a branch: this runs whenever a picture is decoded.
+  constexpr std::size_t kBlock = 64;
+  std::size_t i = 0;
+  for (; i + kBlock <= values.size(); i += kBlock) {
+    const float* v = values.data() + i;
+    unsigned bad = 0;
+    for (std::size_t j = 0; j < kBlock; ++j)
+      bad |= unsigned(!(v[j] >= low) | !(v[j] <= high)) & unsigned(v[j] != also);
+    if (!bad && whole)  // in range, so they fit an int
+      for (std::size_t j = 0; j < kBlock; ++j) bad |= unsigned(v[j] != float(int(v[j])));
+    if (bad && std::any_of(v, v + kBlock, breaks)) break;
+  }
+  while (i < values.size() && !breaks(values[i])) ++i;
+  return i;
+}
+
+std::string sentence(const ProxyHeader& header, const ProxyPart& part, const Channel& channel,
+                     std::size_t pixel, const char* wanted) {
+  const std::size_t width = std::size_t(header.size.width);
+  return fmt::format("channel '{}' of part '{}' is {} at pixel ({}, {}); it must be {}",
+                     channel.name, part.name, channel.values[pixel], pixel % width, pixel / width,
+                     wanted);
+}
 
 class Checker {
  public:
@@ -28,9 +102,9 @@ class Checker {
     else if (kind == kind::kDepth)
       checkDepth();
     else if (kind == kind::kMip)
-      checkMip();
+      checkSingle("mip", {"value"});
     else if (kind == kind::kReference)
-      checkReference();
+      checkSingle("reference", {"R", "G", "B", "A"});
     else
       report("its kind '{}' is unknown", kind);
     return std::move(problems_);
@@ -66,9 +140,7 @@ class Checker {
   void each(const ProxyPart& part, const Channel& channel, const char* wanted, const Test& ok) {
     for (std::size_t i = 0; i < channel.values.size(); ++i) {
       if (ok(channel.values[i], i)) continue;
-      const std::size_t width = std::size_t(image_.header.size.width);
-      report("channel '{}' of part '{}' is {} at pixel ({}, {}); it must be {}", channel.name,
-             part.name, channel.values[i], i % width, i / width, wanted);
+      problems_.push_back(sentence(image_.header, part, channel, i, wanted));
       return;
     }
   }
@@ -100,45 +172,40 @@ class Checker {
     }
   }
 
+  /// Reports the first value of each channel that is out of its range; whether there is none.
+  bool inRange(const ProxyPart& part) {
+    std::vector<std::string> found = outOfRange(image_.header, part);
+    problems_.insert(problems_.end(), found.begin(), found.end());
+    return found.empty();
+  }
+
   void checkAttenuation() {
     requireParts(1);
     std::vector<std::string> names = intervalNames();
     names.push_back("T");
     const ProxyPart* part = partWith("attenuation", names);
-    if (!part) return;
-    const double most = 1.0 + part->error + kComputed;
-    for (const Channel& c : part->channels)
-      each(*part, c, "a fraction of light", [&](float v, auto) { return v >= 0.0f && v <= most; });
-    sums(*part, 1.0, 1.0, "add up to 1");
+    if (part && inRange(*part)) sums(*part, 1.0, 1.0, "add up to 1");
   }
 
   void checkLength() {
     requireParts(image_.find("ends") ? 4 : 3);
     const std::vector<std::string> names = intervalNames();
     if (const ProxyPart* ends = image_.find("ends") ? partWith("ends", {"first", "last"}) : nullptr)
-      for (const Channel& c : ends->channels)
-        each(*ends, c, "1 + a channel, or 0", [&](float v, auto) {
-          return v >= 0.0f && v <= float(names.size()) && v == std::floor(v);
-        });
+      inRange(*ends);
     const ProxyPart* length = partWith("length", names);
     const ProxyPart* depth = partWith("depth", names);
     const ProxyPart* runs = partWith("runs", names);
     if (!length || !depth || !runs) return;
-    const double longest = diagonal() * (1.0 + kComputed) + length->error;
-    const DepthRange range = depthRange(image_.header.camera, image_.header.domain);
-    const double slack = depth->error + kComputed * (range.high - range.low);
+    if (!inRange(*length) || !inRange(*depth) || !inRange(*runs)) return;
+    const Rule depths = ruleFor(image_.header, *depth, names[0]);
     for (std::size_t k = 0; k < names.size(); ++k) {
       const std::vector<float>& l = length->channels[k].values;
-      each(*length, length->channels[k], "a length within the domain",
-           [&](float v, auto) { return v >= 0.0f && v <= longest; });
       each(*depth, depth->channels[k], "a depth within the domain, or 0 where the length is 0",
            [&](float v, std::size_t i) {
-             return l[i] > 0.0f ? v >= range.low - slack && v <= range.high + slack : v == 0.0f;
+             return l[i] > 0.0f ? v >= depths.low && v <= depths.high : v == 0.0f;
            });
       each(*runs, runs->channels[k], "a whole number >= 1, or 0 where the length is 0",
-           [&](float v, std::size_t i) {
-             return l[i] > 0.0f ? v >= 1.0f && v == std::floor(v) : v == 0.0f;
-           });
+           [&](float v, std::size_t i) { return (l[i] > 0.0f) == (v >= 1.0f); });
     }
     sums(*length, 0.0, diagonal(), "stay within the domain");
   }
@@ -146,16 +213,11 @@ class Checker {
   void checkDepth() {
     const std::size_t layers = image_.header.isovalues.size();
     requireParts(layers);
-    const DepthRange range = depthRange(image_.header.camera, image_.header.domain);
     for (std::size_t layer = 0; layer < layers; ++layer) {
       const ProxyPart* part = partWith(fmt::format("layer{:02d}", layer), {"Z", "nx", "ny", "nz"});
-      if (!part) continue;
-      const double slack = part->error + kComputed * (range.high - range.low);
+      if (!part || !inRange(*part)) continue;
       const auto& [z, nx, ny, nz] = std::tie(part->channels[0].values, part->channels[1].values,
                                              part->channels[2].values, part->channels[3].values);
-      each(*part, part->channels[0], "a depth within the domain or +infinity", [&](float v, auto) {
-        return v == HUGE_VALF || (v >= range.low - slack && v <= range.high + slack);
-      });
       each(*part, part->channels[3],
            "the last component of a unit vector turned to the viewer where there is a hit, else 0",
            [&, &depth = z, &x = nx, &y = ny](float v, std::size_t i) {
@@ -166,26 +228,10 @@ class Checker {
     }
   }
 
-  void checkMip() {
+  /// A kind of one part whose values have ranges and nothing else.
+  void checkSingle(const std::string& name, const std::vector<std::string>& channels) {
     requireParts(1);
-    const ProxyPart* part = partWith("mip", {"value"});
-    if (!part) return;
-    const FieldStatistics& s = image_.header.statistics;
-    const double slack = kComputed * std::max({s.high - s.low, std::abs(s.low), std::abs(s.high)});
-    each(*part, part->channels[0], "within the field's range, or NaN", [&](float v, auto) {
-      return std::isnan(v) || (v >= s.low - slack && v <= s.high + slack);
-    });
-  }
-
-  void checkReference() {
-    requireParts(1);
-    const ProxyPart* part = partWith("reference", {"R", "G", "B", "A"});
-    if (!part) return;
-    for (const Channel& c : part->channels)
-      each(*part, c, c.name == "A" ? "an opacity" : "light >= 0", [&](float v, auto) {
-        return v >= 0.0f && std::isfinite(v) &&
-               (c.name != "A" || v <= 1.0 + part->error + kComputed);
-      });
+    if (const ProxyPart* part = partWith(name, channels)) inRange(*part);
   }
 
   const ProxyImage& image_;
@@ -193,6 +239,17 @@ class Checker {
 };
 
 }  // namespace
+
+std::vector<std::string> outOfRange(const ProxyHeader& header, const ProxyPart& part) {
+  std::vector<std::string> problems;
+  for (const Channel& channel : part.channels) {
+    const Rule rule = ruleFor(header, part, channel.name);
+    const std::size_t pixel = firstOutOfRange(channel.values, rule);
+    if (pixel < channel.values.size())
+      problems.push_back(sentence(header, part, channel, pixel, rule.wanted));
+  }
+  return problems;
+}
 
 std::vector<std::string> problemsOf(const ProxyImage& image) { return Checker(image).run(); }
 

@@ -13,4 +13,8 @@ namespace vestige {
 /// sentence each; empty = all is well.
 std::vector<std::string> problemsOf(const ProxyImage& image);
 
+/// What of that concerns each value by itself, for readers that cannot afford the rest: the first
+/// pixel of each channel outside of its range. Nanoseconds a pixel and channel.
+std::vector<std::string> outOfRange(const ProxyHeader& header, const ProxyPart& part);
+
 }  // namespace vestige

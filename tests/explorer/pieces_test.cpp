@@ -4,8 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <map>
 
+#include "explorer/view_data.h"
+#include "proxy/archive.h"
+#include "proxy/durable_file.h"
 #include "proxy/error.h"
 #include "synthetic.h"
 
@@ -141,6 +145,66 @@ TEST(Decode, RefusesAProxyOfAnotherKindAndWrongSizes) {
   proxy = synthetic::lengthProxy({4, 4});
   proxy.header.partition.reset();
   EXPECT_THROW(lengthPlanes(proxy), Error);
+}
+
+TEST(Decode, RefusesValuesOutOfTheirRangeNamingFileAndChannel) {
+  const synthetic::TemporaryFolder folder;
+  const auto path = folder.path() / "a.cdb";
+  synthetic::writeArchive(path, {16, 12}, 1);
+  const Archive archive(path);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float infinity = std::numeric_limits<float>::infinity();
+  struct Case {
+    std::string_view kind;
+    std::size_t part;
+    std::vector<float> values;
+    std::string words;
+  };
+  const std::vector<Case> cases{
+      {kind::kLength, 0, {nan, infinity, -0.5f, 50.0f}, "a length within the domain"},
+      {kind::kLength, 1, {nan, infinity, -infinity, -900.0f}, "a depth within the domain"},
+      {kind::kLength, 2, {nan, infinity, -1.0f, 1.5f, 60000.0f}, "a whole number"},
+      {kind::kAttenuation, 0, {nan, infinity, -0.5f, 1.5f}, "a fraction of light"},
+      {kind::kDepth, 0, {nan, -infinity, -900.0f}, "a depth within the domain or +infinity"},
+      {kind::kReference, 0, {nan, infinity, -0.5f}, "light >= 0"},
+      {kind::kMip, 0, {infinity, -infinity, 900.0f}, "within the field's range"}};
+  for (const auto& [kind, part, values, words] : cases) {
+    const ArchiveRow* row = nullptr;
+    for (const ArchiveRow& each : archive.rows())
+      if (each.proxy == kind) row = &each;
+    ASSERT_NE(row, nullptr) << kind;
+    const ProxyImage good = archive.open(*row).image();
+    const auto decode = [&] {
+      ViewData data(archive, row->cycle, row->view, row->field);
+      if (kind == kind::kLength)
+        data.pieces(Via::Length, Order::Runs);
+      else if (kind == kind::kAttenuation)
+        data.pieces(Via::Attenuation, Order::Mean);
+      else if (kind == kind::kDepth)
+        data.layers();
+      else
+        data.image(kind);
+    };
+    for (const float value : values) {
+      for (const std::size_t pixel : {std::size_t(0), std::size_t(100), std::size_t(191)}) {
+        ProxyImage bad = good;
+        const Channel& channel = bad.parts[part].channels[0];
+        bad.parts[part].channels[0].values[pixel] = value;
+        writeDurably(path / row->exr, encodeExr(bad));
+        try {
+          decode();
+          ADD_FAILURE() << kind << " " << value << " was taken";
+        } catch (const Error& error) {
+          const std::string text = error.what();
+          EXPECT_EQ(error.code(), ErrorCode::Format);
+          for (const std::string& word :
+               {(path / row->exr).string(), "'" + channel.name + "'", words})
+            EXPECT_NE(text.find(word), std::string::npos) << word << " is not in: " << text;
+        }
+      }
+    }
+    writeDurably(path / row->exr, encodeExr(good));
+  }
 }
 
 }  // namespace

@@ -268,6 +268,16 @@ int vestige_wants(vestige_session* session, int64_t cycle, double time) {
   return session->session->wants(cycle, time) ? 1 : 0;
 }
 
+int vestige_wants_field(vestige_session* session, const char* name) {
+  if (!session || !session->session || !name) return 0;
+  const vestige::HostFloatingPoint hostsOwn;
+  try {
+    return session->session->wantsField(name) ? 1 : 0;
+  } catch (const std::bad_alloc&) {
+    return 1;  // what is not known to be unwanted is wanted
+  }
+}
+
 int vestige_block(vestige_session* session, int block, const vestige_grid* grid) {
   return call(session,
               [&](vestige::Session& run) { run.blocks().describe(block, describe(grid)); });

@@ -28,6 +28,7 @@ void readOutput(ConfigReader reader, Config& config) {
   config.existing = ExistingArchive(reader.readChoice("existing", {"refuse", "append", "overwrite"},
                                                       std::size_t(config.existing)));
   reader.read("note", config.note);
+  reader.read("owner", config.owner);
   if (reader.isString("background")) {
     reader.readChoice("background", {"transparent"}, 0);
     config.transparentBackground = true;
@@ -136,11 +137,6 @@ ViewConfig readView(ConfigReader reader) {
          {"name", "position", "target", "direction", "up", "height", "near", "far"}) {
       if (reader.has(key)) reader.fail(key, "set already says where the cameras stand");
     }
-    try {
-      viewSet(view.set, Box{{0, 0, 0}, {1, 1, 1}}, 1.0);
-    } catch (const Error& error) {
-      reader.fail("set", error.what());
-    }
     return view;
   }
   if (view.name.empty()) reader.fail("name", "a view needs a set or a name");
@@ -165,6 +161,36 @@ ViewConfig readView(ConfigReader reader) {
     reader.fail("height", "is for orthographic cameras; give field_of_view");
   }
   return view;
+}
+
+/// The views that a [[view]] stands for: names that differ, and no more of them than a step can
+/// make.
+void countViews(const ConfigReader& reader, const Config& config, std::set<std::string>& names) {
+  const auto& view = config.views.back();
+  const char* key = view.set.empty() ? "name" : "set";
+  std::vector<std::string> added{view.name};
+  if (!view.set.empty()) {
+    try {
+      added.clear();
+      for (auto& each : viewSet(view.set, Box{{0, 0, 0}, {1, 1, 1}}, 1.0)) {
+        added.push_back(std::move(each.name));
+      }
+    } catch (const Error& error) {
+      reader.fail(key, error.what());
+    }
+  }
+  for (auto& name : added) {
+    if (!names.insert(name).second) {
+      reader.fail(key, fmt::format("the view \"{}\" is given twice", name));
+    }
+  }
+  const auto pixels = std::uint64_t(names.size()) * config.size.pixels();
+  if (names.size() > std::size_t(Config::kMostViews) || pixels > Config::kMostPixels) {
+    reader.fail(key, fmt::format("makes it {} views of {} x {}, {} pixels; at most {} views and {} "
+                                 "pixels are marched in a step",
+                                 names.size(), config.size.width, config.size.height, pixels,
+                                 Config::kMostViews, Config::kMostPixels));
+  }
 }
 
 void readDerivation(ConfigReader& reader, FieldConfig& field) {
@@ -284,11 +310,7 @@ Config configFromText(const std::string& text, const std::string& origin) {
   std::set<std::string> viewNames;
   for (auto& reader : root.tables("view")) {
     config.views.push_back(readView(reader));
-    const auto& view = config.views.back();
-    const auto name = view.set.empty() ? view.name : view.set;
-    if (!viewNames.insert(name).second) {
-      reader.fail(view.set.empty() ? "name" : "set", fmt::format("\"{}\" is given twice", name));
-    }
+    countViews(reader, config, viewNames);
   }
   for (auto& reader : root.tables("field")) config.fields.push_back(readField(reader));
   root.rejectUnknownKeys();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -66,11 +67,16 @@ struct TriggerConfig {
 
 /// What to make of a run.
 struct Config {
+  /// Of a step, in all views: 4096 pictures of 512 x 512, or four of the largest size. That is an
+  /// hour of marching and tens of gigabytes of proxies; more is a slip of the pen.
+  static constexpr int kMostViews = 4096;
+  static constexpr std::uint64_t kMostPixels = std::uint64_t(1) << 30;
+
   std::string output = "vestige.cdb";
   ExistingArchive existing = ExistingArchive::Refuse;
   glm::dvec3 background{0.0};  ///< of previews, sRGB
   bool transparentBackground = false;
-  std::string note;
+  std::string note, owner;  ///< free texts of every proxy
 
   std::string glBackend = "auto";
   int threads = 0;  ///< 0: all processors

@@ -18,11 +18,11 @@ struct FieldPart {
   std::array<std::vector<SamplePlace>, 3> faces;
 };
 
-/// Statistics over the own samples of all parts; the range (low, high) is that of the field, sampled
-/// and interpolated, on the parts' boxes with their faces, so that nothing that rays see lies
-/// outside of it. The result does not depend on the number of
-/// threads; range, counts and histogram do not depend on how the domain is split into blocks
-/// either. Two passes: the histogram needs the range first.
+/// Statistics over the own samples of all parts; the range (low, high) is that of the field,
+/// sampled and interpolated, on the parts' boxes with their faces, so that nothing that rays see
+/// lies outside of it. The result does not depend on the number of threads; range, counts and
+/// histogram do not depend on how the domain is split into blocks either. Two passes: the histogram
+/// needs the range first.
 FieldStatistics measureField(const std::vector<FieldPart>& parts, int threads,
                              int bins = kHistogramBins);
 

@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <span>
 
@@ -38,21 +41,35 @@ nlohmann::json describe(int index, const Block& block, const std::string& file) 
           {"masks", masks}};
 }
 
+/// `directory`, or the first of directory.1, directory.2 ... that holds no recording. Its
+/// calls.jsonl is there then, empty: processes that start together take different ones.
+std::filesystem::path freshFolder(const std::filesystem::path& directory) {
+  for (int i = 0;; ++i) {
+    auto folder = directory;
+    if (i > 0) folder += fmt::format(".{}", i);
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) {
+      throw Error(ErrorCode::Io, fmt::format("cannot make the recording's folder '{}': {}",
+                                             folder.string(), error.message()));
+    }
+    const auto calls = folder / "calls.jsonl";
+    if (std::FILE* file = std::fopen(calls.c_str(), "wxe")) {
+      std::fclose(file);
+      return folder;
+    }
+    if (errno != EEXIST) {
+      throw Error(ErrorCode::Io,
+                  fmt::format("cannot make '{}': {}", calls.string(), std::strerror(errno)));
+    }
+  }
+}
+
 }  // namespace
 
-Recorder::Recorder(std::filesystem::path directory, const std::string& configText,
+Recorder::Recorder(const std::filesystem::path& directory, const std::string& configText,
                    const std::string& output)
-    : directory_(std::move(directory)) {
-  std::error_code error;
-  std::filesystem::create_directories(directory_, error);
-  if (error) {
-    throw Error(ErrorCode::Io, fmt::format("cannot make the recording's folder '{}': {}",
-                                           directory_.string(), error.message()));
-  }
-  if (std::filesystem::exists(directory_ / "calls.jsonl", error)) {
-    throw Error(ErrorCode::Exists,
-                fmt::format("'{}' already holds a recording", directory_.string()));
-  }
+    : directory_(freshFolder(directory)) {
   writeDurably(directory_ / "config.toml", std::as_bytes(std::span(configText)));
   append({{"call", "open"}, {"version", kVersion}, {"output", output}});
 }

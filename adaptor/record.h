@@ -13,7 +13,8 @@
 namespace vestige {
 
 /// Dumps every publish, so that vestige-replay can re-issue it (VESTIGE_RECORD=directory). The
-/// directory, which is made and must hold no recording yet, gets
+/// directory, which is made, or the first of directory.1, directory.2 ... that holds no recording,
+/// gets
 ///
 ///   config.toml   the text of the configuration, empty for the defaults
 ///   calls.jsonl   one JSON object a line, appended as the calls come; numbers round-trip exactly:
@@ -39,14 +40,16 @@ namespace vestige {
 /// execute.
 class Recorder {
  public:
-  /// Throws Io / NoSpace; Exists if the directory holds calls.jsonl.
-  Recorder(std::filesystem::path directory, const std::string& configText,
+  /// Throws Io / NoSpace.
+  Recorder(const std::filesystem::path& directory, const std::string& configText,
            const std::string& output);
   /// Writes "close".
   ~Recorder();
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
+  /// Where it records.
+  const std::filesystem::path& directory() const { return directory_; }
   void execute(std::int64_t cycle, double time, const BlockSet& blocks,
                const std::map<std::string, std::string>& units);
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -11,6 +12,7 @@
 #include "adaptor/stopwatch.h"
 #include "adaptor/timings.h"
 #include "adaptor/views.h"
+#include "proxy/exr_threads.h"
 #include "proxy/gl/environment.h"
 #include "proxy/version.h"
 
@@ -25,9 +27,8 @@ Session::Session(const Config& config, const std::string& configText,
   // The archive last: overwriting takes the old one away, so nothing may fail after that.
   device_ = gl::Device::create(config_.glBackend, config_.threads);
   marcher_ = std::make_unique<StepMarcher>(config_, device_);
-  if (!recordDirectory.empty()) {
-    recorder_ = std::make_unique<Recorder>(recordDirectory, configText, config_.output);
-  }
+  ensureExrThreads(config_.threads);
+  startRecording(configText, recordDirectory);
   if (!config_.dryRun) {
     writer_ = std::make_unique<ArchiveWriter>(config_.output, config_.existing);
     if (config_.existing == ExistingArchive::Append) adoptFrozen();
@@ -45,13 +46,33 @@ Session::~Session() {
   }
 }
 
+void Session::startRecording(const std::string& configText, const std::string& directory) {
+  if (directory.empty()) return;
+  // The run matters more than its recording.
+  try {
+    recorder_ = std::make_unique<Recorder>(directory, configText, config_.output);
+    if (recorder_->directory() != std::filesystem::path(directory)) {
+      log_.warning(fmt::format("'{}' already holds a recording: this run is recorded in '{}'",
+                               directory, recorder_->directory().string()));
+    }
+  } catch (const std::exception& error) {
+    log_.warning(fmt::format("nothing is recorded: {}", error.what()));
+  }
+}
+
+bool Session::wantsField(const std::string& name) const {
+  if (recorder_ || config_.fields.empty()) return true;
+  return std::any_of(config_.fields.begin(), config_.fields.end(),
+                     [&](const FieldConfig& field) { return field.source == name; });
+}
+
 void Session::adoptFrozen() {
   // A restart goes on with the intervals of the run that it continues.
   try {
     const Archive archive(config_.output);
+    std::set<std::pair<std::string, std::string>> seen;
     for (const auto& row : archive.rows()) {
-      if (row.proxy != kind::kAttenuation && row.proxy != kind::kLength) continue;
-      if (frozen_.contains(row.field)) continue;
+      if (frozen_.contains(row.field) || !seen.emplace(row.field, row.proxy).second) continue;
       const ExrFile file = archive.open(row);
       const auto& header = file.header();
       if (header.partition) frozen_.emplace(row.field, *header.partition);

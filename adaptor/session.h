@@ -33,6 +33,8 @@ class Session {
 
   BlockSet& blocks() { return blocks_; }
   void setUnits(const std::string& field, const std::string& units) { units_[field] = units; }
+  /// Whether a field that is published by this name is stored, or recorded.
+  bool wantsField(const std::string& name) const;
   bool wants(std::int64_t cycle, double time) const { return trigger_.mayFire(cycle, time); }
   std::int64_t storedSteps() const { return storedSteps_; }
 
@@ -46,6 +48,7 @@ class Session {
     std::vector<PlannedField> plans;
     std::map<std::string, FieldStatistics> statistics;
   };
+  void startRecording(const std::string& configText, const std::string& directory);
   void adoptFrozen();
   void record(std::int64_t cycle, double time);
   const FieldStatistics& statisticsOf(Fields& fields, const std::string& name, StepTimes& times);

@@ -44,10 +44,12 @@ ProxyHeader headerFor(const Config& config, const StepFrame& frame, const StepFi
   header.camera = view.camera;
   header.size = config.size;
   header.domain = frame.blocks->domain();
+  header.partition = field.classification.partition;
   header.base = field.classification.base;
   header.statistics = field.statistics;
   header.provenance = frame.provenance;
   header.note = config.note;
+  header.owner = config.owner;
   return header;
 }
 
@@ -59,13 +61,11 @@ std::vector<StepProxy> pack(const Config& config, const ProxyHeader& header, con
     auto picture = preview(image.header.kind, rays, classification, style);
     proxies.push_back({std::move(image), std::move(picture)});
   };
-  auto partitioned = header;
-  partitioned.partition = classification.partition;
   if (config.attenuation) {
-    add(attenuationImage(partitioned, rays.attenuation, rays.transmittance));
+    add(attenuationImage(header, rays.attenuation, rays.transmittance));
   }
   if (config.length) {
-    add(lengthImage(partitioned, rays.length, rays.moment, rays.runs, rays.first, rays.last));
+    add(lengthImage(header, rays.length, rays.moment, rays.runs, rays.first, rays.last));
   }
   if (config.depth && !classification.isovalues.empty()) {
     auto layered = header;

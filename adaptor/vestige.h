@@ -153,6 +153,11 @@ VESTIGE_API int vestige_domain(vestige_session* session, const double low[3], co
 /* 1 if the step may be stored, 0 if not. Costs nanoseconds; ask before preparing anything. */
 VESTIGE_API int vestige_wants(vestige_session* session, int64_t cycle, double time);
 
+/* 1 if the configuration stores something made of the field that is published by this name (and for
+ * every name while VESTIGE_RECORD is set), 0 if not: fields that are not wanted need not be
+ * gathered or shared. Does not change while the session is open. */
+VESTIGE_API int vestige_wants_field(vestige_session* session, const char* name);
+
 /* Describes block `block` (0, 1, ... of this process). Holds until described again; fields that
  * were shared for the block are forgotten. */
 VESTIGE_API int vestige_block(vestige_session* session, int block, const vestige_grid* grid);

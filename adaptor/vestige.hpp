@@ -74,6 +74,8 @@ class Adaptor {
   }
   /// Whether the step may be stored; ask before preparing anything.
   bool wants(std::int64_t cycle, double time) { return vestige_wants(session_, cycle, time) != 0; }
+  /// Whether the field of this name is stored; others need not be gathered.
+  bool wantsField(const char* name) { return vestige_wants_field(session_, name) != 0; }
   /// Describes a block; holds until described again.
   int block(int index, const vestige_grid& grid) { return vestige_block(session_, index, &grid); }
   /// Shares a field; the memory stays the caller's and must be valid until execute returns. Null

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "adaptor/views.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <set>
 
-#include "proxy/error.h"
 #include "proxy/proxy_layout.h"
 
 namespace vestige {
@@ -49,12 +45,6 @@ std::vector<View> resolveViews(const Config& config, const Box& domain) {
     } else {
       auto set = viewSet(view.set, domain, aspect, view.projection, view.fieldOfView);
       std::move(set.begin(), set.end(), std::back_inserter(views));
-    }
-  }
-  std::set<std::string> names;
-  for (const auto& view : views) {
-    if (!names.insert(view.name).second) {
-      throw Error(ErrorCode::Config, fmt::format("two views are called '{}'", view.name));
     }
   }
   return views;

@@ -18,6 +18,7 @@ namespace vestige {
 namespace {
 
 constexpr int kMostDefaultThreads = 8;
+constexpr int kMostThreads = 256;
 
 std::mutex poolMutex;
 bool poolChosen = false;
@@ -50,15 +51,17 @@ class Job : public IlmThread::Task {
 void setExrThreads(int count) {
   std::lock_guard lock(poolMutex);
   poolChosen = true;
-  resizePool(std::clamp(count, 0, 256));
+  resizePool(std::clamp(count, 0, kMostThreads));
 }
 
-void ensureExrThreads() {
+void ensureExrThreads(int threads) {
   std::lock_guard lock(poolMutex);
   if (std::exchange(poolChosen, true)) return;
   if (Imf::globalThreadCount() > 0) return;  // the host's own choice
-  int cores = int(std::thread::hardware_concurrency());
-  if (cores > 1) resizePool(std::min(cores, kMostDefaultThreads));
+  const int cores = int(std::thread::hardware_concurrency());
+  const int wanted =
+      threads > 0 ? std::min(threads, kMostThreads) : std::min(cores, kMostDefaultThreads);
+  if (wanted > 1) resizePool(wanted);
 }
 
 void forEachOnExrThreads(int count, const std::function<void(int)>& work) {

@@ -9,7 +9,9 @@ namespace vestige {
 /// The first exception is rethrown. See setExrThreads().
 void forEachOnExrThreads(int count, const std::function<void(int)>& work);
 
-/// Starts the default pool unless setExrThreads() was called or the process already has one.
-void ensureExrThreads();
+/// Starts a pool of that many threads (0 = the default of setExrThreads(), 1 = none) unless the
+/// process has one already, or setExrThreads() or this was called before: the pool is the
+/// process's, others may be using it.
+void ensureExrThreads(int threads = 0);
 
 }  // namespace vestige

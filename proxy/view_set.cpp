@@ -25,7 +25,7 @@ const std::array<Axis, 6> kAxes = {{{"front", {0, 1, 0}, kUp},
                                     {"right", {-1, 0, 0}, kUp},
                                     {"top", {0, 0, -1}, {0, 1, 0}},
                                     {"bottom", {0, 0, 1}, {0, 1, 0}}}};
-constexpr int kMaxSphere = 10000;
+constexpr int kMaxSphere = 4096;  // more than a step can make (adaptor/config.h)
 
 [[noreturn]] void unknown(const std::string& name, const std::string& why) {
   throw Error(ErrorCode::Config,
@@ -45,7 +45,7 @@ glm::dvec3 fibonacci(int i, int n) {
 int sphereCount(const std::string& name, std::string_view text) {
   const auto n = parseNumber(text);
   if (!n || *n != std::floor(*n) || *n < 1 || *n > kMaxSphere)
-    unknown(name, fmt::format("'{}' is no number of directions", text));
+    unknown(name, fmt::format("'{}' is no number of directions in 1..{}", text, kMaxSphere));
   return int(*n);
 }
 

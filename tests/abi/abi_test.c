@@ -86,6 +86,7 @@ static void checkCalls(void) {
   EXPECT(vestige_open(&options, &session), VESTIGE_ERROR_CONFIG);
   EXPECT(session != NULL, 1);
   EXPECT(vestige_wants(session, 0, 0.0), 0);
+  EXPECT(vestige_wants_field(session, "f"), 0);
   EXPECT(vestige_block(session, 0, &grid), VESTIGE_ERROR_CONFIG);
   EXPECT(vestige_share_field(session, 0, "f", VESTIGE_FLOAT32, VESTIGE_POINT, 1, &value, NULL),
          VESTIGE_ERROR_CONFIG);

@@ -2,6 +2,7 @@
 //
 // A session from open to close: what it stores, and that it stores the same whatever way the same
 // data come in.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -414,14 +415,13 @@ TEST(Session, AnArchiveToOverwriteSurvivesASessionThatCannotStart) {
     EXPECT_EQ(run.step(sample, 0), VESTIGE_OK) << run.error();
   }
   const auto before = filesOf(folder / "a.cdb");
-  std::filesystem::create_directory(folder / "record");
-  std::ofstream(folder / "record/calls.jsonl") << "{}\n";
-  setenv("VESTIGE_RECORD", (folder / "record").c_str(), 1);
+  setenv("__EGL_VENDOR_LIBRARY_DIRS", "/nowhere", 1);
   {
-    Simulation run(folder / "a.cdb", "output.existing = 'overwrite'\n" + std::string(kSmallImage));
-    EXPECT_NE(run.opened, VESTIGE_OK);
+    Simulation run(folder / "a.cdb", "output.existing = 'overwrite'\ngl.backend = 'egl'\n" +
+                                         std::string(kSmallImage));
+    EXPECT_EQ(run.opened, VESTIGE_ERROR_NO_GL);
   }
-  unsetenv("VESTIGE_RECORD");
+  unsetenv("__EGL_VENDOR_LIBRARY_DIRS");
   EXPECT_EQ(filesOf(folder / "a.cdb"), before);
 }
 
@@ -495,6 +495,94 @@ TEST(Session, RecordingHoldsEveryPublish) {
   EXPECT_TRUE(std::filesystem::exists(folder / "record/step000001_block0000.vti"));
   const auto calls = readTextFile(folder / "record/calls.jsonl");
   EXPECT_EQ(std::count(calls.begin(), calls.end(), '\n'), 4);
+}
+
+TEST(Session, GoesOnWhereItCannotRecordAsAsked) {
+  const Folder folder;
+  const Sample sample;
+  std::filesystem::create_directory(folder / "record");
+  std::ofstream(folder / "record/calls.jsonl") << "{}\n";
+  setenv("VESTIGE_RECORD", (folder / "record").c_str(), 1);
+  {
+    Simulation run(folder / "a.cdb");
+    EXPECT_EQ(run.step(sample, 0), VESTIGE_OK) << run.error();
+    EXPECT_TRUE(run.logged(folder / "record.1"));
+  }
+  EXPECT_EQ(readTextFile(folder / "record/calls.jsonl"), "{}\n");
+  EXPECT_TRUE(std::filesystem::exists(folder / "record.1/step000000_block0000.vti"));
+  setenv("VESTIGE_RECORD", "/proc/vestige", 1);
+  {
+    Simulation run(folder / "b.cdb");
+    EXPECT_EQ(run.step(sample, 0), VESTIGE_OK) << run.error();
+    EXPECT_TRUE(run.logged("nothing is recorded: cannot make"));
+  }
+  unsetenv("VESTIGE_RECORD");
+}
+
+TEST(Session, SaysWhichFieldsItWants) {
+  const Folder folder;
+  const std::string fields =
+      "[[field]]\nname = 'speed'\nsource = 'velocity'\n[[field]]\nsource = 't'\n";
+  {
+    Simulation run(folder / "a.cdb", kSmallImage + fields);
+    EXPECT_EQ(vestige_wants_field(run.session, "velocity"), 1);
+    EXPECT_EQ(vestige_wants_field(run.session, "t"), 1);
+    EXPECT_EQ(vestige_wants_field(run.session, "speed"), 0);  // its name in the archive only
+    EXPECT_EQ(vestige_wants_field(run.session, "density"), 0);
+    EXPECT_EQ(vestige_wants_field(run.session, nullptr), 0);
+    EXPECT_EQ(vestige_wants_field(nullptr, "t"), 0);
+  }
+  {
+    Simulation run(folder / "b.cdb");
+    EXPECT_EQ(vestige_wants_field(run.session, "density"), 1) << "without [[field]], every one";
+  }
+  setenv("VESTIGE_RECORD", (folder / "record").c_str(), 1);
+  {
+    Simulation run(folder / "c.cdb", kSmallImage + fields);
+    EXPECT_EQ(vestige_wants_field(run.session, "density"), 1);
+  }
+  unsetenv("VESTIGE_RECORD");
+  setenv("VESTIGE_DISABLE", "1", 1);
+  {
+    Simulation run(folder / "d.cdb");
+    EXPECT_EQ(vestige_wants_field(run.session, "density"), 0);
+  }
+  unsetenv("VESTIGE_DISABLE");
+}
+
+TEST(Session, TheOwnerIsInEveryProxy) {
+  const Folder folder;
+  Simulation run(folder / "a.cdb",
+                 std::string(kSmallImage) + "[output]\nowner = 'somebody'\nnote = 'a note'\n");
+  ASSERT_EQ(run.step(Sample(), 0), VESTIGE_OK) << run.error();
+  const Archive archive(folder / "a.cdb");
+  for (const auto& row : archive.rows()) {
+    const auto header = archive.open(row).header();
+    EXPECT_EQ(header.owner, "somebody") << row.proxy;
+    EXPECT_EQ(header.note, "a note") << row.proxy;
+  }
+}
+
+TEST(Session, AnArchiveOfAnyOneProxyHandsItsIntervalsToTheRunThatAppends) {
+  const Folder folder;
+  Sample sample, larger;
+  for (float& value : larger.values) value *= 3.0f;
+  for (const std::string proxy : {"attenuation", "length", "depth", "mip", "reference"}) {
+    const std::string archive = folder / (proxy + ".cdb");
+    const std::string config = "output.existing = 'append'\n[image]\nwidth = 48\nheight = 40\n" +
+                               fmt::format("proxies = ['{}']\n", proxy);
+    for (const int cycle : {0, 1}) {
+      Simulation run(archive, config);
+      ASSERT_EQ(run.step(cycle == 0 ? sample : larger, cycle), VESTIGE_OK) << run.error();
+    }
+    const Archive read(archive);
+    const auto bounds = [&](long cycle) {
+      const auto header = read.open(*read.find(cycle, "front", "f", proxy)).header();
+      const auto all = header.partition.value().bounds();
+      return std::vector<double>(all.begin(), all.end());
+    };
+    EXPECT_EQ(bounds(0), bounds(1)) << proxy;
+  }
 }
 
 }  // namespace

@@ -222,13 +222,23 @@ TEST(Config, RefusesViewsThatMakeNoSense) {
   expectError("[[view]]\nname = 'a'\ndirection = [0,0,0]\n", "no length");
   expectError("[[view]]\nname = 'a'\ndirection = [0,0,1]\nup = [0,0,2]\n", "parallel");
   expectError("[[view]]\nname = 'a'\ndirection = [0,1,0]\nheight = 0\n", "0 is not positive");
-  expectError("[[view]]\nset = 'front'\n[[view]]\nset = 'front'\n", "given twice");
+  expectError("[[view]]\nset = 'front'\n[[view]]\nset = 'front'\n",
+              "run.toml:4: [[view]] set: the view \"front\" is given twice");
+  expectError("[[view]]\nset = 'axes'\n[[view]]\nset = 'top'\n", "run.toml:4:");
+  expectError("[[view]]\nset = 'axes'\n[[view]]\nname = 'left'\ndirection = [1,2,3]\n",
+              "\"left\" is given twice");
+  expectError("[[view]]\nset = 'orbit:30,20'\n[[view]]\nset = 'orbit:30.0,20'\n", "given twice");
   expectError("[[view]]\nset = 'front'\nfield_of_view = 180\n", "not < 180");
 }
 
-TEST(Config, ViewsThatShareANameAreRefused) {
-  const auto config = configFromText("[[view]]\nset='axes'\n[[view]]\nset='front'\n", "run.toml");
-  EXPECT_THROW(resolveViews(config, {{0, 0, 0}, {1, 1, 1}}), Error);
+TEST(Config, MoreViewsThanAStepCanMakeAreRefused) {
+  expectError("[[view]]\nset = 'sphere:5000'\n", "'5000' is no number of directions in 1..4096");
+  expectError("[[view]]\nset = 'axes'\n[[view]]\nset = 'sphere:4091'\n",
+              "run.toml:4: [[view]] set: makes it 4097 views of 512 x 512");
+  expectError("image = { width = 16384, height = 16384 }\n[[view]]\nset = 'axes'\n",
+              "run.toml:3: [[view]] set: makes it 6 views of 16384 x 16384, 1610612736 pixels");
+  const auto most = configFromText("[[view]]\nset = 'sphere:4096'\n", "run.toml");
+  EXPECT_EQ(resolveViews(most, {{0, 0, 0}, {1, 1, 1}}).size(), 4096u);
 }
 
 TEST(Config, ExplicitCamerasStandWhereTheyAreTold) {

@@ -180,6 +180,22 @@ TEST(Hosts, OneCoreAffinityOfTheHostIsKept) {
             "");
 }
 
+TEST(Hosts, TheEncodersPoolHasAsManyThreadsAsTheConfigurationSays) {
+  const auto threadsWith = [](int count) {
+    return inChild([count]() -> std::string {
+      const Folder folder;
+      Simulation run(folder / "a.cdb",
+                     std::string(kSmallImage) + "[gl]\nthreads = " + std::to_string(count) + "\n");
+      RETURN_UNLESS_OK(run.opened);
+      RETURN_UNLESS_OK(run.step(Sample(), 0));
+      const std::filesystem::directory_iterator tasks("/proc/self/task");
+      return std::to_string(std::distance(begin(tasks), end(tasks)));
+    });
+  };
+  // The rasteriser's threads, and as many that encode.
+  EXPECT_GE(std::stoi(threadsWith(9)) - std::stoi(threadsWith(2)), 2 * (9 - 2));
+}
+
 TEST(Hosts, ClosedStandardStreamsReceiveNothing) {
   EXPECT_EQ(inChild([]() -> std::string {
               const Folder folder;

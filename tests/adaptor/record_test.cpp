@@ -124,15 +124,13 @@ TEST_F(RecordTest, FilesHoldTheFieldsInTheirOwnTypes) {
   EXPECT_EQ(text[cells + 8 + 4 + 8 + 1], 1);
 }
 
-TEST_F(RecordTest, AnEarlierRecordingIsNotOverwritten) {
+TEST_F(RecordTest, AnEarlierRecordingStaysAndTheNextOneGoesBesideIt) {
   { Recorder recorder(folder_, "", "x.cdb"); }
-  try {
-    Recorder recorder(folder_, "", "x.cdb");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::Exists);
-  }
+  Recorder second(folder_, "", "y.cdb"), third(folder_, "", "z.cdb");
+  EXPECT_EQ(second.directory(), folder_.string() + ".1");
+  EXPECT_EQ(third.directory(), folder_.string() + ".2");
   EXPECT_EQ(calls().size(), 2u);
+  for (const auto* recorder : {&second, &third}) std::filesystem::remove_all(recorder->directory());
 }
 
 TEST_F(RecordTest, FolderThatCannotBeMadeIsAnError) {

@@ -27,8 +27,8 @@ double selfTest(gl::Device& device) {
   lists.size = {kSide, kSide};
   for (std::uint32_t i = 0; i < kSide * kSide; ++i) {
     lists.first.push_back(2 * i);
-    lists.entries.push_back(halfBits(0.5f));
-    lists.entries.push_back(halfBits(float(i) / 32.0f) | 1u << 16 | PieceLists::kLast);
+    lists.entries.push_back(amountBits(0.5f));
+    lists.entries.push_back(amountBits(float(i) / 32.0f) | 1u << 16 | PieceLists::kLast);
   }
   const ChannelTable table{{1.0, 2.0}, {glm::dvec3(1.0, 0.0, 0.0), glm::dvec3(0.0, 1.0, 0.5)}};
   Picture picture;

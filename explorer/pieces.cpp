@@ -2,8 +2,10 @@
 #include "explorer/pieces.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <mutex>
 
 #include "explorer/parallel.h"
@@ -18,7 +20,8 @@ struct Chunk {
   std::vector<std::uint32_t> entries;
 };
 
-/// Builds lists with `fill(pixel, pieces)`, which gets an empty vector, on all cores.
+/// Builds lists with `fill(pixel, pieces)`, which gets an empty vector, on all cores. Each thread
+/// has a copy of `fill` and asks for its pixels in order.
 template <typename Fill>
 PieceLists buildLists(ImageSize size, double unit, const Fill& fill) {
   PieceLists lists;
@@ -29,21 +32,25 @@ PieceLists buildLists(ImageSize size, double unit, const Fill& fill) {
   std::mutex mutex;
   const float scale = float(1.0 / unit);
   parallelRanges(size.height, [&](int begin, int end) {
+    Fill mine = fill;
     Chunk chunk{begin, end, {}};
     chunk.entries.reserve(std::size_t(end - begin) * std::size_t(size.width) * 6);
     std::vector<Piece> pieces;
     for (std::size_t i = std::size_t(begin) * std::size_t(size.width);
          i < std::size_t(end) * std::size_t(size.width); ++i) {
       pieces.clear();
-      fill(i, pieces);
-      lists.first[i] = pieces.empty() ? PieceLists::kNone : std::uint32_t(chunk.entries.size());
+      mine(i, pieces);
+      const std::size_t start = chunk.entries.size();
+      lists.first[i] = pieces.empty() ? PieceLists::kNone : std::uint32_t(start);
+      if (pieces.empty()) continue;
+      chunk.entries.resize(start + pieces.size());
+      std::uint32_t* entry = chunk.entries.data() + start;
       for (const Piece& piece : pieces) {
-        chunk.entries.push_back(halfBits(piece.amount * scale) |
-                                std::uint32_t(piece.channel) << 16 |
-                                (piece.mixed ? PieceLists::kMixed : 0u) |
-                                (piece.ambiguous ? PieceLists::kAmbiguous : 0u));
+        *entry++ = amountBits(piece.amount * scale) | std::uint32_t(piece.channel) << 16 |
+                   (piece.mixed ? PieceLists::kMixed : 0u) |
+                   (piece.ambiguous ? PieceLists::kAmbiguous : 0u);
       }
-      if (!pieces.empty()) chunk.entries.back() |= PieceLists::kLast;
+      entry[-1] |= PieceLists::kLast;
     }
     const std::lock_guard lock(mutex);
     chunks.push_back(std::move(chunk));
@@ -65,6 +72,47 @@ PieceLists buildLists(ImageSize size, double unit, const Fill& fill) {
   return lists;
 }
 
+/// What is stored of the rays of successive pixels. Gathered a cache line of each plane at a time.
+class StoredRays {
+ public:
+  StoredRays(const LengthPlanes& planes, bool noData) : planes_(planes), noData_(noData) {}
+
+  /// The channels that the ray of this pixel meets; valid until the next call.
+  std::span<RayInterval> at(std::size_t pixel) {
+    if (pixel < begin_ || pixel >= begin_ + kTile) gather(pixel);
+    const std::size_t i = pixel - begin_;
+    return {rays_[i].data(), counts_[i]};
+  }
+
+ private:
+  static constexpr std::size_t kTile = 16;
+
+  void gather(std::size_t pixel) {
+    begin_ = pixel;
+    counts_.fill(0);
+    const std::size_t tile = std::min(kTile, planes_.header.size.pixels() - pixel);
+    const IntervalPartition& partition = planes_.partition();
+    for (int k = 0; k < partition.channels(); ++k) {
+      const auto c = std::size_t(k);
+      if (planes_.length[c].empty() || (k == partition.noData() && !noData_)) continue;
+      const float* length = planes_.length[c].data() + pixel;
+      const float* depth = planes_.depth[c].empty() ? nullptr : planes_.depth[c].data() + pixel;
+      const float* runs = planes_.runs[c].empty() ? nullptr : planes_.runs[c].data() + pixel;
+      for (std::size_t i = 0; i < tile; ++i) {
+        if (!(length[i] > 0.0f)) continue;
+        rays_[i][counts_[i]++] = {k, length[i], depth ? depth[i] : 0.0f,
+                                  runs ? std::max(1, int(runs[i] + 0.5f)) : 1};
+      }
+    }
+  }
+
+  const LengthPlanes& planes_;
+  bool noData_;
+  std::size_t begin_ = std::numeric_limits<std::size_t>::max() - kTile;
+  std::array<std::array<RayInterval, IntervalPartition::kMaxIntervals + 3>, kTile> rays_;
+  std::array<std::size_t, kTile> counts_{};
+};
+
 }  // namespace
 
 Order resolvedOrder(Order order, ImageSize size) {
@@ -72,19 +120,22 @@ Order resolvedOrder(Order order, ImageSize size) {
   return size.pixels() <= kRunsPixels ? Order::Runs : Order::Mean;
 }
 
-std::uint16_t halfBits(float value) {
-  if (!(value > 0.0f)) return 0;
-  if (value >= 65504.0f) return 0x7bff;
-  if (value < 6.103515625e-5f) return std::uint16_t(std::lround(value * 16777216.0f));
-  const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
-  const std::uint32_t rounded = bits + 0xfffu + ((bits >> 13) & 1u);  // to nearest, ties to even
-  return std::uint16_t((rounded >> 13) - (112u << 10));
+namespace {
+// The 16 bits are those of a float below its sign: exponents 102 to 133 and 11 bits of mantissa.
+constexpr int kDroppedBits = 12;
+constexpr std::uint32_t kLeastBits = 102u << 23;
+constexpr std::uint32_t kMostBits = (0xffffu << kDroppedBits) + kLeastBits;
+}  // namespace
+
+std::uint32_t amountBits(float value) {
+  const float bounded =
+      std::min(std::max(std::bit_cast<float>(kLeastBits), value), std::bit_cast<float>(kMostBits));
+  const std::uint32_t half = 1u << (kDroppedBits - 1);
+  return (std::bit_cast<std::uint32_t>(bounded) - kLeastBits + half) >> kDroppedBits;
 }
 
-float halfValue(std::uint16_t bits) {
-  const std::uint32_t exponent = bits >> 10, mantissa = bits & 0x3ffu;
-  if (exponent == 0) return float(mantissa) / 16777216.0f;
-  return std::bit_cast<float>((exponent + 112u) << 23 | mantissa << 13);
+float amountValue(std::uint32_t bits) {
+  return std::bit_cast<float>((bits << kDroppedBits) + kLeastBits);
 }
 
 std::vector<Piece> PieceLists::at(std::size_t pixel) const {
@@ -92,8 +143,7 @@ std::vector<Piece> PieceLists::at(std::size_t pixel) const {
   if (first[pixel] == kNone) return pieces;
   for (std::size_t i = first[pixel];; ++i) {
     const std::uint32_t entry = entries[i];
-    pieces.push_back({int(entry >> 16 & 0xffu),
-                      float(halfValue(std::uint16_t(entry & 0xffffu)) * unit),
+    pieces.push_back({int(entry >> 16 & 0xffu), float(amountValue(entry & 0xffffu) * unit),
                       (entry & kAmbiguous) != 0, (entry & kMixed) != 0});
     if (entry & kLast) return pieces;
   }
@@ -109,35 +159,30 @@ PieceLists piecesFromLength(const LengthPlanes& planes, Order wanted) {
   // In diagonals amounts are between 0 and 1, where a half is precise to 2^-11 of any of them.
   const double diagonal = planes.header.domain.diagonal();
   const double unit = diagonal > 0.0 ? diagonal : 1.0;
-  return buildLists(size, unit, [&](std::size_t i, std::vector<Piece>& out) {
-    RayInterval ray[IntervalPartition::kMaxIntervals + 3];
-    int count = 0;
-    for (int k = 0; k < partition.channels(); ++k) {
-      // No data is transparent: never a piece, but it takes its place along the ray.
-      if (k == partition.noData() && order == Order::Mean) continue;
-      const auto c = std::size_t(k);
-      if (planes.length[c].empty()) continue;
-      const float length = planes.length[c][i];
-      if (!(length > 0.0f)) continue;
-      const float runs = planes.runs[c].empty() ? 1.0f : planes.runs[c][i];
-      const float depth = planes.depth[c].empty() ? 0.0f : planes.depth[c][i];
-      ray[count++] = {k, length, depth, std::max(1, int(std::lround(runs)))};
-    }
-    if (order == Order::Mean) {
-      orderByMeanDepth({ray, std::size_t(count)}, out);
-      return;
-    }
-    RayEnds rayEnds;
-    if (ends) {
-      rayEnds.first = int(planes.first[i]) - 1;
-      rayEnds.last = int(planes.last[i]) - 1;
-    }
-    if (perspective && count > 0) {
-      const auto x = double(i % std::size_t(size.width)), y = double(i / std::size_t(size.width));
-      rayEnds.depthPerLength = float(camera.rayThrough({x + 0.5, y + 0.5}, size).depthPerLength);
-    }
-    orderByRuns({ray, std::size_t(count)}, rayEnds, partition, out);
-  });
+  // No data is transparent: never a piece, but it takes its place along the ray.
+  StoredRays rays(planes, order == Order::Runs);
+  return buildLists(
+      size, unit,
+      [=, &planes, &partition, &camera](std::size_t i, std::vector<Piece>& out) mutable {
+        const std::span<RayInterval> ray = rays.at(i);
+        if (ray.empty()) return;
+        if (order == Order::Mean) {
+          orderByMeanDepth(ray, out);
+          return;
+        }
+        RayEnds rayEnds;
+        if (ends) {
+          rayEnds.first = int(planes.first[i]) - 1;
+          rayEnds.last = int(planes.last[i]) - 1;
+        }
+        if (perspective) {
+          const auto x = double(i % std::size_t(size.width)),
+                     y = double(i / std::size_t(size.width));
+          rayEnds.depthPerLength =
+              float(camera.rayThrough({x + 0.5, y + 0.5}, size).depthPerLength);
+        }
+        orderByRuns(ray, rayEnds, partition, out);
+      });
 }
 
 std::vector<int> nestedOrder(const IntervalPartition& partition) {

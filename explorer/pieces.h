@@ -25,7 +25,7 @@ struct Piece {
 /// For every pixel what its ray met, front to back. This order does not depend on the look, so it
 /// is found once, when a proxy is decoded; an edit is then one walk along each list (method §2
 /// "opacity change"). Packed as the shaders read it: `first` [pixel] is the index of a pixel's
-/// first entry or kNone; an entry holds a half float of amount / unit in bits 0-15, the channel in
+/// first entry or kNone; an entry holds amount / unit (amountBits) in bits 0-15, the channel in
 /// bits 16-23, kMixed, kAmbiguous and, on the last of a list, kLast.
 struct PieceLists {
   static constexpr std::uint32_t kNone = 0xffffffffu;
@@ -56,8 +56,9 @@ PieceLists piecesFromAttenuation(const AttenuationPlanes& planes, std::span<cons
 /// The order of increasing value: below, the intervals, above.
 std::vector<int> nestedOrder(const IntervalPartition& partition);
 
-/// A half float's bits of a value in [0, 65504]; and back. Denormals are kept.
-std::uint16_t halfBits(float value);
-float halfValue(std::uint16_t bits);
+/// A value in [2^-25, 2^7) as 16 bits, to 2^-12 of itself, such that a shader gets it back with a
+/// shift and an addition; beyond, the nearest value there is. And back.
+std::uint32_t amountBits(float value);
+float amountValue(std::uint32_t bits);
 
 }  // namespace vestige

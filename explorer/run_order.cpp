@@ -287,7 +287,9 @@ class RayModel {
       const Slab& slab = slab_[s];
       if (slab.open()) continue;
       const float z = slab.middle() - 0.5f;
-      const auto add = [&](Row& row, float value) { at(row, slab.low) = at(row, slab.low) + value; };
+      const auto add = [&](Row& row, float value) {
+        at(row, slab.low) = at(row, slab.low) + value;
+      };
       add(closedSum_, slab.thickness());
       add(closedFirst_, slab.thickness() * z);
       add(closedSecond_, slab.thickness() * z * z);
@@ -339,8 +341,7 @@ class RayModel {
       const Lanes mean = first[v] / total;
       const Lanes spread = second[v] / total - mean * mean;
       const Lanes variance = spread > 1e-4f ? spread : Lanes{} + 1e-4f;
-      const Lanes step =
-          kPerLog2 * clamped((mean_[v] - 0.5f - mean) / variance, -20.0f, 20.0f);
+      const Lanes step = kPerLog2 * clamped((mean_[v] - 0.5f - mean) / variance, -20.0f, 20.0f);
       const Lanes slope = clamped(slope_[v] + step, -500.0f, 500.0f);
       const Lanes height =
           clamped(height_[v] + log2Roughly(share_[v] / total) - step * mean, -400.0f, 400.0f);

@@ -35,8 +35,7 @@ void orderByMeanDepth(std::span<RayInterval> ray, std::vector<Piece>& pieces);
 ///     say exactly where the crossings lie: they cut the ray and bound the channels in between.
 ///  2. Within these bounds each channel gets the distribution over depth of largest entropy that
 ///     keeps every length and mean depth and fills the chord.
-///  3. That is cut into slabs, and each slab's shares are laid in order of value, up and down in
-///     turn, as a continuous field would pass through them.
+///  3. Open stretches are cut into slabs; the shares in a slab are one mixture.
 /// Lengths are kept exactly. Pieces in stretches that step 1 left open are ambiguous. Not a
 /// function of any look. Reorders `ray`.
 void orderByRuns(std::span<RayInterval> ray, const RayEnds& ends,

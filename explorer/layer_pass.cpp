@@ -55,7 +55,8 @@ LayerTextures::LayerTextures(const LayerPlanes& planes)
       size(planes.size),
       count(int(planes.depth.size())),
       depth(gpu::textureArray(GL_R32F, planes.size, std::max(1, count))),
-      normal(gpu::textureArray(GL_RGBA16F, planes.size, std::max(1, count))) {
+      normal(gpu::textureArray(GL_RGBA16F, planes.size, std::max(1, count))),
+      domain(planes.domain) {
   const std::size_t pixels = size.pixels();
   std::vector<float> finite(pixels), rgba(4 * pixels);
   for (int layer = 0; layer < count; ++layer) {
@@ -70,6 +71,11 @@ LayerTextures::LayerTextures(const LayerPlanes& planes)
         const float value = n[3 * i + c];
         rgba[4 * i + c] = std::isfinite(value) ? value : 0.0f;
       }
+    }
+    const bool doubtful =
+        std::size_t(layer) < planes.likely.size() && !planes.likely[std::size_t(layer)].empty();
+    for (std::size_t i = 0; i < (doubtful ? pixels : 0); ++i) {
+      rgba[4 * i + 3] = float(planes.likely[std::size_t(layer)][i]);
     }
     gpu::uploadLayer(normal, size, layer, GL_RGBA, GL_FLOAT, rgba.data());
   }
@@ -146,7 +152,8 @@ gl::Texture LayerPass::light(const LayerTextures& layers, const LightSetup& setu
 }
 
 WarpedView LayerPass::warp(const LayerTextures& layers, const gl::Texture& colors,
-                           const gl::Texture* light, const Camera& target, ImageSize size) {
+                           const gl::Texture* light, const Camera& target, ImageSize size,
+                           bool unseen) {
   const gl::Functions& gl = gl::functions();
   const gl::Texture newColors = gpu::textureArray(GL_RGBA32F, size, layers.count);
   const gl::Texture newPositions = gpu::textureArray(GL_RGBA32F, size, layers.count);
@@ -165,6 +172,11 @@ WarpedView LayerPass::warp(const LayerTextures& layers, const gl::Texture& color
   const glm::dmat4 eyeFromEye = camera.eyeFromWorld() * layers.camera.worldFromEye();
   glm::mat4 clipFromEye(camera.clipFromEye(size.aspect()) * eyeFromEye);
   for (int column = 0; column < 4; ++column) clipFromEye[column][1] *= -1.0f;  // rows from the top
+  const glm::mat4 worldFromEye(layers.camera.worldFromEye());
+  gl.UniformMatrix4fv(warp.uniform("worldFromEye"), 1, GL_FALSE, glm::value_ptr(worldFromEye));
+  const glm::vec3 low(layers.domain.low), high(layers.domain.high);
+  gl.Uniform3fv(warp.uniform("domainLow"), 1, glm::value_ptr(low));
+  gl.Uniform3fv(warp.uniform("domainHigh"), 1, glm::value_ptr(high));
   gl.UniformMatrix4fv(warp.uniform("clipFromEye"), 1, GL_FALSE, glm::value_ptr(clipFromEye));
   const glm::vec4 planarDepth(-glm::row(eyeFromEye, 2));
   gl.Uniform4fv(warp.uniform("planarDepth"), 1, glm::value_ptr(planarDepth));
@@ -173,8 +185,10 @@ WarpedView LayerPass::warp(const LayerTextures& layers, const gl::Texture& color
   gl.DepthFunc(GL_LEQUAL);
   gl.DepthMask(GL_TRUE);
   gl.BindVertexArray(empty_.id());
-  const std::array<GLsizei, 2> vertices{6 * layers.size.width * layers.size.height,
-                                        6 * (layers.size.width - 1) * (layers.size.height - 1)};
+  const std::array<GLsizei, 3> vertices{6 * layers.size.width * layers.size.height,
+                                        6 * (layers.size.width - 1) * (layers.size.height - 1),
+                                        18 * layers.size.width * layers.size.height};
+  const int parts = unseen ? 3 : 2;
   for (int layer = 0; layer < layers.count; ++layer) {
     const std::array<gpu::Attachment, 2> attachments{{{&newColors, layer}, {&newPositions, layer}}};
     gpu::bindTarget(framebuffer_, attachments, size, &depthBuffer);
@@ -184,9 +198,9 @@ WarpedView LayerPass::warp(const LayerTextures& layers, const gl::Texture& color
     gl.ClearBufferfv(GL_COLOR, 1, nothing.data());
     gl.ClearBufferfv(GL_DEPTH, 0, &farthest);
     gl.Uniform1i(warp.uniform("layer"), layer);
-    for (int stretched = 0; stretched < 2; ++stretched) {
-      gl.Uniform1i(warp.uniform("stretched"), stretched);
-      gl.DrawArrays(GL_TRIANGLES, 0, vertices[std::size_t(stretched)]);
+    for (int part = 0; part < parts; ++part) {
+      gl.Uniform1i(warp.uniform("part"), part);
+      gl.DrawArrays(GL_TRIANGLES, 0, vertices[std::size_t(part)]);
     }
   }
   gl.Disable(GL_DEPTH_TEST);

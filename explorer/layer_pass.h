@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <map>
 #include <optional>
@@ -9,6 +10,7 @@
 
 #include "explorer/gpu.h"
 #include "explorer/look.h"
+#include "proxy/box.h"
 #include "proxy/camera.h"
 
 namespace vestige {
@@ -19,6 +21,9 @@ struct LayerPlanes {
   ImageSize size;
   std::vector<std::vector<float>> depth;   ///< [layer] planar Z, +inf = nothing
   std::vector<std::vector<float>> normal;  ///< [layer] 3 a pixel, or empty
+  Box domain;
+  /// [layer] 1 where the depth is no more than likely; empty = nowhere.
+  std::vector<std::vector<std::uint8_t>> likely;
 };
 
 struct LayerTextures {
@@ -27,7 +32,8 @@ struct LayerTextures {
   int count = 0;
   bool storedNormals = false;
   gl::Texture depth;   ///< R32F array
-  gl::Texture normal;  ///< RGBA16F array; (0, 0, 0) = none stored at the pixel
+  gl::Texture normal;  ///< RGBA16F array; (0, 0, 0) = none stored at the pixel; a = likely
+  Box domain;
 
   explicit LayerTextures(const LayerPlanes& planes);
 };
@@ -54,7 +60,7 @@ LightSetup lightSetup(const Look& look, const Camera& source, const Camera& targ
 struct WarpedView {
   Picture picture;           ///< premultiplied linear RGBA
   std::vector<float> depth;  ///< [pixel] planar Z of the nearest sampled surface, +inf = none
-  std::vector<float> guess;  ///< [pixel] share of the colour that comes from stretched surface
+  std::vector<float> guess;  ///< [pixel] how much of the picture there is a guess, in [0, 1]
 };
 
 /// Relighting (visualization-by-proxy §5), proxy ambient occlusion (eq. 5) and view synthesis by
@@ -66,9 +72,10 @@ class LayerPass {
   gl::Texture light(const LayerTextures& layers, const LightSetup& setup);
   /// Draws the layers from `target`. `colors` [layer]: premultiplied RGBA of each source pixel;
   /// `light` may be null. Surfaces stretched across silhouettes fill what no sample covers and
-  /// count as guess.
+  /// count as guess; so do depths that are only likely, surfaces seen from behind and, if `unseen`,
+  /// rays through space that no stored ray saw before the layer itself is met.
   WarpedView warp(const LayerTextures& layers, const gl::Texture& colors, const gl::Texture* light,
-                  const Camera& target, ImageSize size);
+                  const Camera& target, ImageSize size, bool unseen);
 
  private:
   const gl::Program& program(const std::string& name, std::string_view vertex,

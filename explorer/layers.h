@@ -15,13 +15,14 @@ std::vector<int> layerOfChannels(const IntervalPartition& partition,
                                  const std::vector<double>& isovalues);
 
 /// Layers as they will be drawn. Where a layer was not hit but one of its channels was passed
-/// through (`lengths` may be null), the depth at which that channel would start as one run is put
-/// in, so that no piece is left out.
+/// through (`lengths` may be null), the depth at which that channel starts is put in, so that no
+/// piece is left out: exact where it has one run or the order along the ray tells, else where it
+/// would start as one run, which is too deep and marked as likely.
 LayerPlanes completedLayers(DepthLayers layers, const LengthPlanes* lengths,
                             const std::vector<int>& layerOf);
 
-/// Without depth proxies: every interval that occurs is a layer at the depth where it would start
-/// as one run. `layerOf` receives the layer of each channel.
+/// Without depth proxies: every interval that occurs is a layer at the depth where it starts,
+/// found in the same way. `layerOf` receives the layer of each channel.
 LayerPlanes layersFromLengths(const LengthPlanes& lengths, std::vector<int>& layerOf);
 
 }  // namespace vestige

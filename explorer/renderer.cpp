@@ -268,7 +268,7 @@ void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const Transfer
   }
   const ImageSize size = look.size.value_or(layers.size);
   WarpedView warped = layer->warp(layers, colors, light ? &*light : nullptr,
-                                  fittedCamera(out.camera, layers.size, size), size);
+                                  fittedCamera(out.camera, layers.size, size), size, look.trust);
   out.picture = std::move(warped.picture);
   out.depth = std::move(warped.depth);
   if (look.trust) out.trust = trustFromStretch(warped.guess, out.picture);

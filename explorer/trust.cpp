@@ -38,7 +38,7 @@ TrustShares sharesOf(std::span<const Trust> trust, const Picture& picture) {
   std::array<std::size_t, 3> counts{};
   std::size_t all = 0;
   for (std::size_t i = 0; i < trust.size(); ++i) {
-    if (picture.rgba[4 * i + 3] <= kVisible) continue;
+    if (picture.rgba[4 * i + 3] <= kVisible && trust[i] != Trust::Guess) continue;
     ++counts[std::size_t(trust[i])];
     ++all;
   }

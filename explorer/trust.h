@@ -20,14 +20,14 @@ enum class Trust : std::uint8_t {
 /// pieces could make. Up to 2/255 is data, up to 0.1 interpolation, more a guess.
 inline constexpr float kDoubtData = 2.0f / 255.0f;
 inline constexpr float kDoubtGuess = 0.1f;
-/// The share of a warped pixel's opacity from stretched surface above which it is a guess.
+/// The guessed share of a warped pixel (WarpedView::guess) above which it is a guess.
 inline constexpr float kStretchGuess = 0.05f;
 
 std::vector<Trust> trustFromDoubt(std::span<const float> doubt);
 /// For warped layers: never better than interpolation where something is drawn.
 std::vector<Trust> trustFromStretch(std::span<const float> guess, const Picture& picture);
 
-/// Counts of the three classes over pixels that show something (alpha > 1/255).
+/// Counts of the three classes over pixels that show something (alpha > 1/255) or might.
 struct TrustShares {
   double data = 1.0, interpolation = 0.0, guess = 0.0;
 };

@@ -6,11 +6,11 @@ precision highp int;
 precision highp sampler2DArray;
 
 uniform sampler2DArray colors;     // premultiplied
-uniform sampler2DArray positions;  // r = planar Z, > 1e29 = nothing; g = 1 where stretched
+uniform sampler2DArray positions;  // warp.frag; r > 1e29 = nothing
 uniform int layers;
 
 layout(location = 0) out vec4 color;
-layout(location = 1) out vec4 info;  // r = nearest sampled Z, g = share of guessed colour
+layout(location = 1) out vec4 info;  // r = nearest sampled Z, g = share of a guess
 
 const int kMaxLayers = 64;
 
@@ -35,10 +35,10 @@ void main() {
   float nearest = 1e30, guess = 0.0;
   for (int i = 0; i < count; ++i) {
     vec4 value = texelFetch(colors, ivec3(pixel, which[i]), 0);
-    float stretchedHere = texelFetch(positions, ivec3(pixel, which[i]), 0).g;
+    vec4 position = texelFetch(positions, ivec3(pixel, which[i]), 0);
     float left = 1.0 - sum.a;
-    guess += left * value.a * stretchedHere;
-    if (stretchedHere < 0.5 && value.a > 0.0) nearest = min(nearest, order[i]);
+    guess = min(guess + left * position.b, 1.0);
+    if (position.g < 0.5 && value.a > 0.0) nearest = min(nearest, order[i]);
     sum += left * value;
   }
   color = sum;

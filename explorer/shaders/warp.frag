@@ -7,11 +7,12 @@ precision highp int;
 precision highp sampler2DArray;
 
 uniform sampler2DArray depth;
+uniform sampler2DArray normals;  // a = 1: the depth is no more than likely
 uniform sampler2DArray colors;
 uniform sampler2DArray light;
 uniform vec3 unproject;
 uniform bool lit;
-uniform bool stretched;
+uniform int part;  // as in warp.vert
 uniform int layer;
 
 flat in ivec2 ownPixel;
@@ -19,7 +20,8 @@ in vec2 sourcePixel;
 in float newDepth;
 
 layout(location = 0) out vec4 color;
-layout(location = 1) out vec4 position;  // r = planar Z in the new view, g = 1 where stretched
+layout(location = 1) out vec4 position;  // r = planar Z in the new view, g = 1 where nothing was
+                                         // sampled, b = how much of it is a guess
 
 vec4 litColor(ivec2 pixel) {
   vec4 value = texelFetch(colors, ivec3(pixel, layer), 0);
@@ -30,7 +32,16 @@ vec4 litColor(ivec2 pixel) {
   return value;
 }
 
+const float kVisible = 1.0 / 255.0;
+
 void main() {
+  if (part == 2) {  // may hold anything, if the layer can be seen at all
+    if (texelFetch(colors, ivec3(ownPixel, layer), 0).a <= kVisible) discard;
+    color = vec4(0.0);
+    position = vec4(newDepth, 1.0, 1.0, 1.0);
+    return;
+  }
+  bool stretched = part == 1;
   ivec2 last = textureSize(depth, 0).xy - 1;
   if (stretched) {
     // A mixture of both sides of a silhouette would be neither.
@@ -53,5 +64,8 @@ void main() {
     color = weights > 0.0 ? sum / weights : litColor(ownPixel);
   }
   if (color.a <= 0.0) discard;  // what is not seen hides nothing
-  position = vec4(newDepth, stretched ? 1.0 : 0.0, 0.0, 1.0);
+  // A surface seen from behind bounds space that no stored ray saw.
+  bool likely = stretched || !gl_FrontFacing ||
+                texelFetch(normals, ivec3(ownPixel, layer), 0).a > 0.5;
+  position = vec4(newDepth, stretched ? 1.0 : 0.0, likely ? color.a : 0.0, 1.0);
 }

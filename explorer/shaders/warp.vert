@@ -3,7 +3,9 @@
 // A depth layer drawn from another camera (visualization-by-proxy §4.3, without distortion). No
 // attributes. Whole surface: each pixel is a quad whose corners lie at the mean depth of the pixels
 // around that belong to the same surface, so that neighbours join and silhouettes break. Stretched
-// surface: the triangles between pixel centres that silhouettes tear.
+// surface: the triangles between pixel centres that silhouettes tear. Unseen: what bounds, with
+// these two, the space behind the layer, which no stored ray saw of it: its far ends where rays
+// leave the domain, and walls from there to the silhouettes against nothing.
 precision highp float;
 precision highp int;
 precision highp sampler2DArray;
@@ -14,7 +16,9 @@ uniform int layer;
 uniform vec3 unproject;      // as in light.frag; z: jump in pixels that any slope may have
 uniform mat4 clipFromEye;    // eye space of the layers' camera to clip space of the new one
 uniform vec4 planarDepth;    // dot with the eye position (w = 1): planar Z from the new camera
-uniform bool stretched;
+uniform int part;            // 0 whole surface, 1 stretched surface, 2 unseen
+uniform mat4 worldFromEye;   // of the layers' camera; with the domain, for unseen
+uniform vec3 domainLow, domainHigh;
 
 flat out ivec2 ownPixel;
 out vec2 sourcePixel;        // in units of pixels, 0 at the centre of the first
@@ -44,9 +48,9 @@ float jumpAt(ivec2 pixel, float z) {
 void place(bool present, vec2 center, float z) {
   vec3 eye = eyeAt(center, present ? z : 1.0);
   gl_Position = present ? clipFromEye * vec4(eye, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
-  // Whole surface takes the near half of the depth range, stretched the far half: a guess never
-  // hides a sample.
-  if (present) gl_Position.z = 0.5 * (gl_Position.z + (stretched ? 1.0 : -1.0) * gl_Position.w);
+  // Each part takes a third of the depth range, whole surface the nearest: a guess never hides a
+  // sample.
+  if (present) gl_Position.z = (gl_Position.z + float(2 * part - 2) * gl_Position.w) / 3.0;
   newDepth = dot(planarDepth, vec4(eye, 1.0));
   sourcePixel = center;
 }
@@ -91,11 +95,52 @@ void placeTornCorner(int quad, int which, bool second) {
   place(torn, vec2(mine), which == 0 ? za : which == 1 ? zb : zc);
 }
 
+// Planar depth at which a ray leaves the domain.
+float exitDepth(vec2 center) {
+  vec3 one = eyeAt(center, 1.0);
+  vec3 start = unproject.y > 0.5 ? vec3(0.0) : vec3(one.xy, 0.0);
+  vec3 origin = (worldFromEye * vec4(start, 1.0)).xyz;
+  vec3 along = (worldFromEye * vec4(one - start, 0.0)).xyz;
+  along = mix(along, vec3(1e-12), lessThan(abs(along), vec3(1e-12)));
+  vec3 far = max((domainLow - origin) / along, (domainHigh - origin) / along);
+  return min(far.x, min(far.y, far.z));
+}
+
+void placeUnseenCorner(int quad, int side, int which, bool second) {
+  ivec2 size = textureSize(depth, 0).xy;
+  ivec2 pixel = ivec2(quad % size.x, quad / size.x);
+  float z = depthAt(pixel);
+  ownPixel = pixel;
+  ivec2 corner = which == 0 ? ivec2(0, 0) : which == 1 ? ivec2(1, 0) : ivec2(0, 1);
+  if (second) corner = ivec2(1, 1) - corner;
+  bool present = z < 1e29;
+  bool isFar = true;
+  if (side > 0) {  // toward the right or lower neighbour: corner.x runs along the edge, y in depth
+    ivec2 other = pixel + (side == 1 ? ivec2(1, 0) : ivec2(0, 1));
+    float zo = any(greaterThanEqual(other, size)) ? z : depthAt(other);
+    isFar = corner.y == 1;
+    corner = side == 1 ? ivec2(1, corner.x) : ivec2(corner.x, 1);
+    bool otherPresent = zo < 1e29;
+    if (otherPresent && !present) {
+      ownPixel = other;
+      z = zo;
+    }
+    present = present != otherPresent;
+  }
+  vec2 center = vec2(pixel) + vec2(corner) - 0.5;
+  place(present, center, isFar ? max(z, exitDepth(center)) : z);
+}
+
 void main() {
-  int quad = gl_VertexID / 6, vertex = gl_VertexID - 6 * quad;
+  int corners = part == 2 ? 18 : 6;
+  int quad = gl_VertexID / corners, vertex = gl_VertexID - corners * quad;
+  int side = vertex / 6;
+  vertex -= 6 * side;
   bool second = vertex >= 3;
   int which = vertex - (second ? 3 : 0);
-  if (stretched) {
+  if (part == 2) {
+    placeUnseenCorner(quad, side, which, second);
+  } else if (part == 1) {
     placeTornCorner(quad, which, second);
   } else {
     ivec2 corner = which == 0 ? ivec2(0, 0) : which == 1 ? ivec2(1, 0) : ivec2(0, 1);

@@ -94,16 +94,14 @@ float layerDepth(float hit, float iso, float zIn, float zOut, vec3 origin, vec3 
 #endif
 
 #ifdef REFERENCE
-// The colour of the step between samples f0 and f1 with middle z: its extinction-weighted mean, of
-// the whole step even where only a part is in the box, so that blocks add up.
-vec3 stepColor(float f0, float f1, float z, vec3 origin, vec3 direction) {
-  vec3 color = meanColor(f0, f1);
+// What a headlight makes of the light of a step with middle z whose opacity is `alpha`. Blinn-Phong:
+// light, viewer and half vector are one.
+vec3 headlit(vec3 light, float alpha, float z, vec3 origin, vec3 direction) {
 #ifdef PHONG
-  // Blinn-Phong with a headlight: light, viewer and half vector are one.
   float facing = abs(dot(normalAt(origin + z * direction, direction), normalize(direction)));
-  color = color * (0.3 + 0.7 * facing) + 0.2 * pow(facing, 32.0);
+  light = light * (0.3 + 0.7 * facing) + alpha * 0.2 * pow(facing, 32.0);
 #endif
-  return color;
+  return light;
 }
 #endif
 
@@ -204,10 +202,11 @@ void main() {
 #endif
 #ifdef REFERENCE
     // The last step, which may end after the exit, is left for the end.
-#define REFERENCE_STEP(i, j)                                                                 \
-  if ((index + float(j)) * stepDepth < zOut) {                                               \
-    light += (exp(-max(TAU##i, 0.0)) - exp(-max(TAU##j, 0.0))) *                             \
-             stepColor(F##i, F##j, (index + float(i) + 0.5) * stepDepth, origin, direction); \
+#define REFERENCE_STEP(i, j)                                                                  \
+  if ((index + float(j)) * stepDepth < zOut) {                                                \
+    light += headlit(segmentLight(F##i, F##j, BASE##i, BASE##j, TAU##i, TAU##j, TAU##j),      \
+                     exp(-max(TAU##i, 0.0)) - exp(-max(TAU##j, 0.0)),                         \
+                     (index + float(i) + 0.5) * stepDepth, origin, direction);                \
   }
 #else
 #define REFERENCE_STEP(i, j)
@@ -338,8 +337,11 @@ void main() {
                                    meanExtinction(lastF, fOut, lastBase, baseAt(fOut)),
                      0.0);
 #ifdef REFERENCE
-  light += (exp(-max(lastTau, 0.0)) - exp(-tauOut)) *
-           stepColor(lastF, fEnd, (lastIndex + 0.5) * stepDepth, origin, direction);
+  Base baseEnd = baseAt(fEnd);
+  float tauEnd = lastTau + stepLength * meanExtinction(lastF, fEnd, lastBase, baseEnd);
+  light += headlit(segmentLight(lastF, fEnd, lastBase, baseEnd, lastTau, tauEnd, tauOut),
+                   exp(-max(lastTau, 0.0)) - exp(-tauOut), (lastIndex + 0.5) * stepDepth, origin,
+                   direction);
 #endif
 #endif
 

@@ -1,15 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The base transfer function along segments on which the value is linear. Its extinction is
-// piecewise linear in cells of a table, so optical depth is exact for that table however a segment
-// is cut: depth between values f0 and f1 = length * (S(f1) - S(f0)) / (f1 - f0), S = ∫ extinction.
+// The base transfer function along segments on which the value is linear. Its extinction is linear
+// in pieces (BaseTable), so optical depth is exact for that table however a segment is cut: depth
+// between values f0 and f1 = length * (S(f1) - S(f0)) / (f1 - f0), S = ∫ extinction.
 
-uniform samplerBuffer base;  // per cell: S, extinction * cell, half its rise (in units of S)
+uniform samplerBuffer base;  // per cell: S, extinction * cell, half its rise; PIECES: the next or 0
 uniform vec2 baseCells;      // cells / value, and the cell of value 0; cell 0 and the last one go on
 uniform float baseLast;      // for ever with constant extinction
 
+#ifdef REFERENCE
+uniform samplerBuffer baseColor;  // two texels a cell, at its start: ∫ extinction * colour and S,
+uniform float baseColorRate;      // colour; the greatest change of colour in a cell
+#endif
+
 struct Base {
-  float integral;  // S
+  float integral;     // S
   float extinction;
+  float x;            // in cells
+  float start, part;  // S = start + part; differences of starts are exact
+#ifdef REFERENCE
+  vec3 emission;  // ∫ extinction * colour
+  vec3 color;
+#endif
 };
 
 Base baseAt(float f) {
@@ -20,13 +31,38 @@ Base baseAt(float f) {
   int cell = int(clamp(x, 0.0, baseLast));
   float u = x - float(cell);
   vec4 t = texelFetch(base, cell);
-  return Base(t.x + u * (t.y + u * t.z), (t.y + 2.0 * u * t.z) * baseCells.x);
+#ifdef PIECES
+  // On to the piece of the cell that holds x.
+  float from = 0.0;
+  for (int further = int(t.w); further > 0;) {
+    vec2 piece = texelFetch(base, further).xy;
+    if (u < piece.x) break;
+    from = piece.x;
+    t = texelFetch(base, further + 1);
+    further = int(piece.y);
+  }
+  u -= from;
+#endif
+  float part = u * (t.y + u * t.z);
+  float extinction = (t.y + 2.0 * u * t.z) * baseCells.x;
+#ifdef REFERENCE
+  vec4 emission = texelFetch(baseColor, 2 * cell);
+  vec3 first = texelFetch(baseColor, 2 * cell + 1).rgb, next = texelFetch(baseColor, 2 * cell + 3).rgb;
+  vec3 color = mix(first, next, clamp(x - float(cell), 0.0, 1.0));
+  // What the cell has emitted so far has the colour halfway.
+  emission.rgb += ((t.x - emission.w) + part) * 0.5 * (first + color);
+  return Base(t.x + part, extinction, x, t.x, part, emission.rgb, color);
+#else
+  return Base(t.x + part, extinction, x, t.x, part);
+#endif
 }
 
-// Mean extinction of a segment.
+float integralBetween(Base b0, Base b1) { return (b1.start - b0.start) + (b1.part - b0.part); }
+
+// Mean extinction of a segment. The rise is that of the table's argument, which is rounded.
 float meanExtinction(float f0, float f1, Base b0, Base b1) {
-  float rise = f1 - f0;
-  float mean = abs(rise) > 1e-3 ? (b1.integral - b0.integral) / rise
+  float rise = b1.x - b0.x;
+  float mean = abs(rise) > 0.01 ? integralBetween(b0, b1) / rise * baseCells.x
                                 : 0.5 * (b0.extinction + b1.extinction);
 #ifdef GAPS
   mean = max(f0, f1) < kGapEdge ? mean : 0.0;
@@ -35,23 +71,33 @@ float meanExtinction(float f0, float f1, Base b0, Base b1) {
 }
 
 #ifdef REFERENCE
-uniform samplerBuffer baseColor;  // two texels a cell, at its start: ∫ extinction * colour, colour
-
-vec3 baseColorAt(int row, float f) {
-  float x = f * baseCells.x + baseCells.y;
-  int cell = int(clamp(x, 0.0, baseLast - 1.0));
-  return mix(texelFetch(baseColor, 2 * cell + row).rgb, texelFetch(baseColor, 2 * cell + 2 + row).rgb,
-             clamp(x - float(cell), 0.0, 1.0));
+// Extinction-weighted mean colour of a segment.
+vec3 meanColor(Base b0, Base b1) {
+  float weight = integralBetween(b0, b1);
+  bool known = abs(b1.x - b0.x) > 2.0 && abs(weight) > 1e-5;
+  return known ? clamp((b1.emission - b0.emission) / weight, 0.0, 1.0) : 0.5 * (b0.color + b1.color);
 }
 
-// Extinction-weighted mean colour of a segment.
-vec3 meanColor(float f0, float f1) {
-  float weight = baseAt(f1).integral - baseAt(f0).integral;
-  vec2 x = vec2(f0, f1) * baseCells.x + baseCells.y;
-  bool inside = min(x.x, x.y) >= 1.0 && max(x.x, x.y) <= baseLast;
-  if (inside && abs(x.y - x.x) > 4.0 && abs(weight) > 1e-5) {
-    return clamp((baseColorAt(0, f1) - baseColorAt(0, f0)) / weight, 0.0, 1.0);
+// The light ∫ c σ T of a segment whose optical depth goes from tau0 to tau1, as far as that is in
+// [0, tauEnd]. A part of it has its mean colour, which is wrong by a twelfth of its optical depth
+// times its change of colour: parts keep that below 1/700. They are those of the whole segment even
+// where only some of it counts, so that blocks add up.
+vec3 segmentLight(float f0, float f1, Base b0, Base b1, float tau0, float tau1, float tauEnd) {
+  float tau = tau1 - tau0, weight = integralBetween(b0, b1);
+  float change = min(baseColorRate * abs(b1.x - b0.x), 1.5);
+  int parts = tau0 < 9.0 ? int(clamp(sqrt(60.0 * tau * change), 0.0, 15.0)) + 1 : 1;
+  vec3 light = vec3(0.0);
+  Base a = b0;
+  float front = exp(-max(tau0, 0.0));
+  for (int i = 1; i < parts; ++i) {
+    float share = float(i) / float(parts);
+    Base b = baseAt(mix(f0, f1, share));
+    share = abs(weight) > 0.0 ? integralBetween(b0, b) / weight : share;
+    float back = exp(-clamp(tau0 + tau * share, 0.0, tauEnd));
+    light += (front - back) * meanColor(a, b);
+    front = back;
+    a = b;
   }
-  return baseColorAt(1, 0.5 * (f0 + f1));
+  return light + (front - exp(-clamp(tau1, 0.0, tauEnd))) * meanColor(a, b1);
 }
 #endif

@@ -21,9 +21,9 @@ const float kInfinity = uintBitsToFloat(0x7f800000u);
 #define UNEVEN
 #endif
 
-// Along an axis of uneven nodes: texture coordinate and its slope. A table of guesses names a node
-// at or before x; the search goes on from there.
-vec2 searchNodes(sampler2D nodes, vec3 guess, int count, float x) {
+// Along an axis of uneven nodes, the texture coordinate. A table of guesses names a node at or
+// before x; the search goes on from there.
+float searchNodes(sampler2D nodes, vec3 guess, int count, float x) {
   int cell = int(clamp((x - guess.x) * guess.y, 0.0, guess.z - 1.0));
   int i = int(texelFetch(nodes, ivec2(cell, 1), 0).x);
   vec4 node = texelFetch(nodes, ivec2(i, 0), 0);
@@ -32,35 +32,29 @@ vec2 searchNodes(sampler2D nodes, vec3 guess, int count, float x) {
     node = texelFetch(nodes, ivec2(i, 0), 0);
   }
   float u = clamp((x - node.x) * node.y, 0.0, 1.0);
-  return vec2(float(i) + u + 0.5, node.y) / float(count);
+  return (float(i) + u + 0.5) / float(count);
+}
+
+// The way from coordinate a to b along such an axis.
+float nodesBetween(sampler2D nodes, int count, float a, float b) {
+  vec2 x = vec2(a, b) * float(count) - 0.5;
+  ivec2 i = clamp(ivec2(x), 0, count - 2);
+  vec4 from = texelFetch(nodes, ivec2(i.x, 0), 0), to = texelFetch(nodes, ivec2(i.y, 0), 0);
+  return mix(to.x, to.z, x.y - float(i.y)) - mix(from.x, from.z, x.x - float(i.x));
 }
 
 vec3 textureAt(vec3 local) {
   vec3 t = local * textureFromLocal + textureOrigin;
 #ifdef AXIS_X
-  t.x = searchNodes(nodesX, guesses[0], nodeCount.x, local.x).x;
+  t.x = searchNodes(nodesX, guesses[0], nodeCount.x, local.x);
 #endif
 #ifdef AXIS_Y
-  t.y = searchNodes(nodesY, guesses[1], nodeCount.y, local.y).x;
+  t.y = searchNodes(nodesY, guesses[1], nodeCount.y, local.y);
 #endif
 #ifdef AXIS_Z
-  t.z = searchNodes(nodesZ, guesses[2], nodeCount.z, local.z).x;
+  t.z = searchNodes(nodesZ, guesses[2], nodeCount.z, local.z);
 #endif
   return t;
-}
-
-vec3 textureSlope(vec3 local) {
-  vec3 slope = textureFromLocal;
-#ifdef AXIS_X
-  slope.x = searchNodes(nodesX, guesses[0], nodeCount.x, local.x).y;
-#endif
-#ifdef AXIS_Y
-  slope.y = searchNodes(nodesY, guesses[1], nodeCount.y, local.y).y;
-#endif
-#ifdef AXIS_Z
-  slope.z = searchNodes(nodesZ, guesses[2], nodeCount.z, local.z).y;
-#endif
-  return slope;
 }
 
 // Trilinear (method §1); NaN where a neighbour has no data.
@@ -100,18 +94,27 @@ bool isGap(float f) {
 #endif
 }
 
-// Central differences, one-sided at the border, in local units (method §1).
+// Differences between the points one node before and one after, in local units; at the border, to
+// the outermost node only (method §1). Exact for linear fields on any nodes.
 vec3 gradientAt(vec3 local) {
   vec3 voxel = 1.0 / vec3(nodeCount);
   vec3 first = 0.5 * voxel, last = 1.0 - first;
   vec3 t = clamp(textureAt(local), first, last);
-  vec3 a = max(t - voxel, first), b = min(t + voxel, last), run = b - a;
+  vec3 a = max(t - voxel, first), b = min(t + voxel, last), run = (b - a) / textureFromLocal;
+#ifdef AXIS_X
+  run.x = nodesBetween(nodesX, nodeCount.x, a.x, b.x);
+#endif
+#ifdef AXIS_Y
+  run.y = nodesBetween(nodesY, nodeCount.y, a.y, b.y);
+#endif
+#ifdef AXIS_Z
+  run.z = nodesBetween(nodesZ, nodeCount.z, a.z, b.z);
+#endif
   vec3 rise = vec3(fieldAt(vec3(b.x, t.yz)) - fieldAt(vec3(a.x, t.yz)),
                    fieldAt(vec3(t.x, b.y, t.z)) - fieldAt(vec3(t.x, a.y, t.z)),
                    fieldAt(vec3(t.xy, b.z)) - fieldAt(vec3(t.xy, a.z)));
   return vec3(run.x > 0.0 ? rise.x / run.x : 0.0, run.y > 0.0 ? rise.y / run.y : 0.0,
-              run.z > 0.0 ? rise.z / run.z : 0.0) *
-         textureSlope(local);
+              run.z > 0.0 ? rise.z / run.z : 0.0);
 }
 
 // Unit normal of the level set in world space, turned to the viewer of a ray along `direction`;

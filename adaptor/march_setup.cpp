@@ -13,8 +13,6 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kGapEdge = 2e38f;  // as in march_field.glsl
-constexpr int kCellsPerRange = 1024;
-constexpr int kMostCells = 4096;
 constexpr int kMostGuesses = 4096;
 
 /// A camera that looks along an axis up to rounding looks along it.
@@ -52,48 +50,6 @@ MarchRays::MarchRays(const MarchFrame& frame, const Camera& camera, ImageSize si
     origin = {start + z0 * forward, z0 * x, z0 * y};
     direction = {forward, x, y};
   }
-}
-
-BaseTable::BaseTable(const TransferFunction& base, const IntervalPartition& partition,
-                     double scale) {
-  // The partition's range, and beyond it as far as the function goes on changing, within reason:
-  // values that far outside are all "below" or "above".
-  double first = 0.0, last = 1.0;
-  if (!base.opacityPoints().empty()) {
-    first = std::clamp(partition.normalised(base.opacityPoints().front().value), -1.5, 0.0);
-    last = std::clamp(partition.normalised(base.opacityPoints().back().value), 1.0, 2.5);
-  }
-  const int inner = std::min(kMostCells, int(std::ceil((last - first) * kCellsPerRange)));
-  const double cell = (last - first) / inner;
-  cellsPerValue = float(1.0 / cell);
-  cellOfZero = float(1.0 - first / cell);  // after the cell that goes on downward
-  lastCell = float(inner + 1);
-
-  const auto valueAt = [&](int i) { return partition.denormalised(first + i * cell); };
-  const auto extinctionAt = [&](int i) { return base.extinction(valueAt(i)) * scale * cell; };
-  double here = extinctionAt(0), integral = 0.0;
-  glm::dvec3 light{0.0}, color = base.color(valueAt(0));
-  cells.push_back({-here, here, 0.0, 0.0});
-  colors.insert(colors.end(), {glm::vec4(-here * color, 0.0), glm::vec4(color, 0.0)});
-  for (int i = 0; i <= inner; ++i) {
-    const double next = i < inner ? extinctionAt(i + 1) : here;
-    const glm::dvec3 nextColor = i < inner ? base.color(valueAt(i + 1)) : color;
-    cells.push_back({integral, here, 0.5 * (next - here), 0.0});
-    colors.insert(colors.end(), {glm::vec4(light, 0.0), glm::vec4(color, 0.0)});
-    integral += 0.5 * (here + next);
-    // Both factors are linear in the cell.
-    light += here * (color / 3.0 + nextColor / 6.0) + next * (color / 6.0 + nextColor / 3.0);
-    here = next;
-    color = nextColor;
-  }
-}
-
-float BaseTable::integral(float value) const {
-  const float x = value * cellsPerValue + cellOfZero;
-  const float cell = std::floor(std::clamp(x, 0.0f, lastCell));
-  const float u = x - cell;
-  const glm::vec4& t = cells[std::size_t(cell)];
-  return t.x + u * (t.y + u * t.z);
 }
 
 std::vector<glm::vec2> channelEdges(const IntervalPartition& partition, const BaseTable* base) {

@@ -8,6 +8,7 @@
 #include <glm/vec4.hpp>
 #include <vector>
 
+#include "adaptor/base_table.h"
 #include "adaptor/march_types.h"
 
 namespace vestige {
@@ -31,20 +32,6 @@ struct MarchRays {
   float firstDepth;  ///< z of the camera plane; rays start there
 
   MarchRays(const MarchFrame& frame, const Camera& camera, ImageSize size);
-};
-
-/// The base transfer function over normalised values, as march_base.glsl reads it.
-struct BaseTable {
-  float cellsPerValue = 1.0f, cellOfZero = 0.0f, lastCell = 1.0f;
-  /// Per cell: (∫ extinction up to it, extinction * cell, half its rise); extinction is per local
-  /// unit. The first and the last cell go on for ever.
-  std::vector<glm::vec4> cells;
-  /// Two per cell: ∫ extinction * colour up to it, colour at its start.
-  std::vector<glm::vec4> colors;
-
-  BaseTable(const TransferFunction& base, const IntervalPartition& partition, double scale);
-  /// ∫ extinction up to a normalised value.
-  float integral(float value) const;
 };
 
 /// The edges of all channels in ascending order of value: below, intervals, above, no data; x is

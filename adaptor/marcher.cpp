@@ -186,7 +186,10 @@ class BandReader {
 }  // namespace
 
 struct Marcher::Impl {
-  explicit Impl(std::shared_ptr<gl::Device> device_) : device(std::move(device_)) {}
+  // Hardware filters with weights of eight bits; Mesa's rasteriser in single precision.
+  Impl(std::shared_ptr<gl::Device> device_, bool own)
+      : device(std::move(device_)),
+        ownFilter(own || device->info().renderer.find("llvmpipe") == std::string::npos) {}
   ~Impl() {
     device->run([this] {
       volume.reset();
@@ -197,7 +200,8 @@ struct Marcher::Impl {
 
   void allocate(const BlockGrid& grid);
   void uploadSlabs(const FillSlab& fill);
-  gl::Program& program(const MarchRequest& request, const std::array<MarchAxis, 3>& axes);
+  gl::Program& program(const MarchRequest& request, const std::array<MarchAxis, 3>& axes,
+                       const BaseTable* base);
   void setUniforms(const gl::Program& program, const MarchRequest& request, const MarchFrame& frame,
                    const std::array<MarchAxis, 3>& axes);
   void readBand(const MarchRequest& request, int firstRow, int rows, RayImage& image);
@@ -205,6 +209,7 @@ struct Marcher::Impl {
   RayImage march(const MarchRequest& request);
 
   std::shared_ptr<gl::Device> device;
+  bool ownFilter;  ///< the shader's, of samples
   BlockGrid grid;
   std::array<int, 3> volumeSize{0, 0, 0};
   bool hasGaps = false;  ///< samples without data in the volume
@@ -263,7 +268,7 @@ void Marcher::Impl::uploadSlabs(const FillSlab& fill) {
 }
 
 gl::Program& Marcher::Impl::program(const MarchRequest& request,
-                                    const std::array<MarchAxis, 3>& axes) {
+                                    const std::array<MarchAxis, 3>& axes, const BaseTable* base) {
   const int layers = int(request.isovalues.size());
   Defines defines = {{"INTERVALS", std::to_string(request.partition.intervals())},
                      {"LAYERS", std::to_string(layers)},
@@ -279,20 +284,20 @@ gl::Program& Marcher::Impl::program(const MarchRequest& request,
   flag("MIP", request.mip);
   flag("REFERENCE", request.reference);
   flag("PHONG", request.reference && request.phong);
-  flag("BASE", request.attenuation || request.reference);
+  flag("BASE", base != nullptr);
+  flag("PIECES", base != nullptr && base->pieces);
   flag("GAPS", hasGaps);
   flag("AXIS_X", !axes[0].even);
   flag("AXIS_Y", !axes[1].even);
   flag("AXIS_Z", !axes[2].even);
-  // Hardware filters with weights of eight bits; Mesa's rasteriser in single precision.
-  flag("FILTER", device->info().renderer.find("llvmpipe") == std::string::npos);
+  flag("FILTER", ownFilter);
 
   std::string key;
   for (const auto& [name, value] : defines) key += name + "=" + value + ";";
   const auto found = programs.find(key);
   if (found != programs.end()) return found->second;
   std::string source(embedded::march_field_glsl);
-  if (request.attenuation || request.reference) source += embedded::march_base_glsl;
+  if (base != nullptr) source += embedded::march_base_glsl;
   source += embedded::march_glsl;
   return programs.emplace(key, gl::Program({{GL_COMPUTE_SHADER, source}}, defines)).first->second;
 }
@@ -416,7 +421,11 @@ RayImage Marcher::Impl::march(const MarchRequest& request) {
   const std::array<MarchAxis, 3> axes = {MarchAxis(grid.nodes[0], frame.centre.x, frame.scale),
                                          MarchAxis(grid.nodes[1], frame.centre.y, frame.scale),
                                          MarchAxis(grid.nodes[2], frame.centre.z, frame.scale)};
-  gl::Program& program = this->program(request, axes);
+  std::optional<BaseTable> base;
+  if (request.attenuation || request.reference) {
+    base.emplace(request.base, request.partition, frame.scale);
+  }
+  gl::Program& program = this->program(request, axes, base ? &*base : nullptr);
   setUniforms(program, request, frame, axes);
 
   std::vector<gl::Texture> tables;
@@ -424,16 +433,15 @@ RayImage Marcher::Impl::march(const MarchRequest& request) {
     const MarchAxis& axis = axes[std::size_t(i)];
     if (!axis.even) tables.push_back(makeTable(kNodesUnit + i, axis.width, axis.texels));
   }
-  std::optional<BaseTable> base;
   std::vector<BufferTable> baseTables;
-  if (request.attenuation || request.reference) {
-    base.emplace(request.base, request.partition, frame.scale);
+  if (base) {
     baseTables.emplace_back(kBaseUnit, base->cells);
     baseTables.emplace_back(kBaseColorUnit, base->colors);
     f.Uniform1i(program.uniform("base"), kBaseUnit);
     f.Uniform1i(program.uniform("baseColor"), kBaseColorUnit);
     f.Uniform2f(program.uniform("baseCells"), base->cellsPerValue, base->cellOfZero);
     f.Uniform1f(program.uniform("baseLast"), base->lastCell);
+    f.Uniform1f(program.uniform("baseColorRate"), base->colorRate);
   }
   const auto edges = channelEdges(request.partition, base ? &*base : nullptr);
   f.Uniform2fv(program.uniform("edges"), GLsizei(edges.size()), glm::value_ptr(edges[0]));
@@ -443,8 +451,8 @@ RayImage Marcher::Impl::march(const MarchRequest& request) {
   return image;
 }
 
-Marcher::Marcher(std::shared_ptr<gl::Device> device)
-    : impl_(std::make_unique<Impl>(std::move(device))) {}
+Marcher::Marcher(std::shared_ptr<gl::Device> device, bool ownFilter)
+    : impl_(std::make_unique<Impl>(std::move(device), ownFilter)) {}
 Marcher::~Marcher() = default;
 
 void Marcher::upload(const BlockGrid& grid, const FillSlab& fill) {

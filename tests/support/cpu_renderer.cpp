@@ -84,6 +84,54 @@ std::vector<RgbPicture> renderContinuous(const Scene& scene, const Camera& camer
   return pictures;
 }
 
+namespace {
+
+constexpr int kSubSteps = 32;
+
+/// What is left of a point's own colour, and white added to it.
+struct Headlight {
+  double own = 1.0, white = 0.0;
+};
+
+/// That of MarchRequest::phong at `s` along a ray; full where the field has no slope.
+Headlight headlightOn(const Scene& scene, double s, const Ray& ray) {
+  const glm::dvec3 slope = scene.gradient(ray.origin + s * ray.direction);
+  const double steepness = glm::length(slope);
+  const bool known = steepness > 0.0 && std::isfinite(steepness);
+  const double facing = known ? std::abs(glm::dot(slope, ray.direction)) / steepness : 1.0;
+  return {0.3 + 0.7 * facing, 0.2 * std::pow(facing, 32.0)};
+}
+
+}  // namespace
+
+RgbPicture renderReference(const Scene& scene, const MarchRequest& request) {
+  RgbPicture picture = blackPictures(1, request.size)[0];
+  std::vector<double> points;
+  for (const OpacityPoint& point : request.base.opacityPoints()) points.push_back(point.value);
+  const double stepDepth = request.stepLength > 0.0 ? request.stepLength : scene.minimumSpacing();
+  forEachRay(request.camera, request.size, [&](std::size_t pixel, const Ray& ray) {
+    Light light;
+    const auto step = [&](const RayStep& part) {
+      if (!std::isfinite(part.f0 + part.f1) || light.transmittance < 1e-9) return;
+      Headlight headlight;
+      if (request.phong) headlight = headlightOn(scene, part.middle, ray);
+      splitAt(points, part.f0, part.f1, [&](double t0, double t1) {
+        const double length = (part.s1 - part.s0) * (t1 - t0) / kSubSteps;
+        for (int i = 0; i < kSubSteps; ++i) {
+          const double t = t0 + (i + 0.5) / kSubSteps * (t1 - t0);
+          const double f = part.f0 + t * (part.f1 - part.f0);
+          const double extinction = request.base.extinction(f);
+          if (extinction <= 0.0) continue;
+          light.add(extinction, request.base.color(f) * headlight.own + headlight.white, length);
+        }
+      });
+    };
+    walkAnchored(scene, request.camera, ray, stepDepth, step);
+    store(picture, pixel, light);
+  });
+  return picture;
+}
+
 Medium tabulated(const Medium& medium, double low, double high, int entries) {
   auto table = std::make_shared<std::vector<Optics>>();
   for (int i = 0; i <= entries; ++i) table->push_back(medium(low + (high - low) * i / entries));

@@ -44,11 +44,18 @@ std::vector<RgbPicture> renderIntervals(const Scene& scene, const Camera& camera
 std::vector<RgbPicture> renderContinuous(const Scene& scene, const Camera& camera, ImageSize size,
                                          std::span<const Medium> media, int samplesPerVoxel = 4);
 
+/// The reference picture of a request (method §1): emission and absorption under its base function,
+/// lit by a headlight if it asks for one. Along a ray the field is linear between samples at the
+/// request's planar depths (method §0), and lit by the gradient in the middle of a step; all else
+/// is integrated, split where the base function has its points.
+RgbPicture renderReference(const Scene& scene, const MarchRequest& request);
+
 /// A function of the value by a table of `entries` linear pieces over [low, high], clamped beyond;
 /// not a number stays transparent.
 Medium tabulated(const Medium& medium, double low, double high, int entries = 1 << 14);
 
-/// What Marcher::march makes of the same request for the whole domain (phong apart).
+/// What Marcher::march makes of the same request for the whole domain (the reference by splitting
+/// steps at bounds only, without its light).
 RayImage marchOnCpu(const Scene& scene, const MarchRequest& request, int samplesPerVoxel = 4);
 
 }  // namespace vestige::test

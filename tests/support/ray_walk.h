@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <span>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -49,6 +50,60 @@ void walkRay(const Scene& scene, const Ray& ray, int samplesPerVoxel, const Step
   }
 }
 
+/// A step of a ray: lengths along it, the field at its ends, the middle of the whole step where it
+/// is cut.
+struct RayStep {
+  double s0, s1, f0, f1, middle;
+};
+
+/// Calls step(RayStep) between samples at planar depths Z_0 + i * stepDepth, Z_0 the least depth of
+/// the domain's corners, the field linear between them; the steps at entry and exit are cut there.
+template <typename Step>
+void walkAnchored(const Scene& scene, const Camera& camera, const Ray& ray, double stepDepth,
+                  const Step& step) {
+  const Box domain = scene.domain();
+  const auto [enter, leave] = insideBox(ray, domain);
+  if (!(enter < leave)) return;
+  double depthOrigin = HUGE_VAL;
+  for (int i = 0; i < 8; ++i) {
+    depthOrigin =
+        std::min(depthOrigin, glm::dot(domain.corner(i) - camera.position, camera.forward));
+  }
+  const auto lengthTo = [&](double i) {
+    return (depthOrigin + i * stepDepth) / ray.depthPerLength;
+  };
+  double index = std::floor((enter * ray.depthPerLength - depthOrigin) / stepDepth);
+  double s0 = lengthTo(index), f0 = scene.sample(ray.origin + s0 * ray.direction);
+  for (; s0 < leave; ++index) {
+    const double s1 = lengthTo(index + 1.0), f1 = scene.sample(ray.origin + s1 * ray.direction);
+    const auto fieldAt = [&](double s) { return f0 + (s - s0) / (s1 - s0) * (f1 - f0); };
+    const double a = std::max(s0, enter), b = std::min(s1, leave);
+    if (a < b) step(RayStep{a, b, fieldAt(a), fieldAt(b), 0.5 * (s0 + s1)});
+    s0 = s1;
+    f0 = f1;
+  }
+}
+
+/// Calls piece(t0, t1), 0 <= t0 < t1 <= 1, in order, for the stretches into which `values`
+/// (ascending) cut a linear stretch of field from f0 to f1, both finite.
+template <typename Piece>
+void splitAt(std::span<const double> values, double f0, double f1, const Piece& piece) {
+  const auto first = std::upper_bound(values.begin(), values.end(), std::min(f0, f1));
+  const auto last = std::lower_bound(first, values.end(), std::max(f0, f1));
+  double t0 = 0.0;
+  const auto cut = [&](double value) {
+    const double t1 = std::clamp((value - f0) / (f1 - f0), t0, 1.0);
+    if (t1 > t0) piece(t0, t1);
+    t0 = t1;
+  };
+  if (f1 > f0) {
+    for (auto value = first; value != last; ++value) cut(*value);
+  } else {
+    for (auto value = last; value != first; --value) cut(*(value - 1));
+  }
+  if (t0 < 1.0) piece(t0, 1.0);
+}
+
 /// Calls piece(channel, t0, t1), 0 <= t0 < t1 <= 1, for the stretches of a linear stretch of field
 /// from f0 to f1 between which the channel changes, in order. No data at either end = all of it.
 template <typename Piece>
@@ -57,26 +112,9 @@ void splitAtBounds(const IntervalPartition& partition, double f0, double f1, con
     piece(partition.noData(), 0.0, 1.0);
     return;
   }
-  const auto bounds = partition.bounds();
-  if (f0 == f1) {
-    piece(partition.channelOf(f0), 0.0, 1.0);
-    return;
-  }
-  const auto channelAt = [&](double t) { return partition.channelOf(f0 + t * (f1 - f0)); };
-  const auto first = std::upper_bound(bounds.begin(), bounds.end(), std::min(f0, f1));
-  const auto last = std::lower_bound(first, bounds.end(), std::max(f0, f1));
-  double t0 = 0.0;
-  const auto cut = [&](double bound) {
-    const double t1 = std::clamp((bound - f0) / (f1 - f0), t0, 1.0);
-    if (t1 > t0) piece(channelAt(0.5 * (t0 + t1)), t0, t1);
-    t0 = t1;
-  };
-  if (f1 > f0) {
-    for (auto bound = first; bound != last; ++bound) cut(*bound);
-  } else {
-    for (auto bound = last; bound != first; --bound) cut(*(bound - 1));
-  }
-  if (t0 < 1.0) piece(channelAt(0.5 * (t0 + 1.0)), t0, 1.0);
+  splitAt(partition.bounds(), f0, f1, [&](double t0, double t1) {
+    piece(partition.channelOf(f0 + 0.5 * (t0 + t1) * (f1 - f0)), t0, t1);
+  });
 }
 
 /// Calls pixel(index, ray) for every pixel, rows shared out among all cores. Thread-safe bodies.

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
+#include <glm/common.hpp>
+#include <glm/vec3.hpp>
 
 #include "proxy/error.h"
 #include "tests/support/plume_scene.h"
@@ -16,44 +18,42 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The cell of a coordinate on an axis of n points and the weight of its upper point.
-struct AxisPosition {
-  int low, high;
-  double weight;
-};
-
-AxisPosition onAxis(double world, double origin, double spacing, int n) {
-  const double u = std::clamp((world - origin) / spacing, 0.0, double(n - 1));
-  const int low = std::min(int(u), std::max(n - 2, 0));
-  return {low, std::min(low + 1, n - 1), u - low};
+/// Position of a world coordinate on an axis, in nodes: i + u between nodes i and i + 1.
+double indexOf(const Scene& scene, int axis, double world) {
+  const auto a = std::size_t(axis);
+  const int n = scene.size[a];
+  if (scene.nodes[a].empty()) {
+    return std::clamp((world - scene.origin[axis]) / scene.spacing[axis], 0.0, double(n - 1));
+  }
+  const auto& nodes = scene.nodes[a];
+  if (n < 2 || world <= nodes.front()) return 0.0;
+  if (world >= nodes.back()) return n - 1;
+  const auto next = std::upper_bound(nodes.begin(), nodes.end(), world);
+  return double(next - nodes.begin() - 1) + (world - *(next - 1)) / (*next - *(next - 1));
 }
 
-/// Trilinear mix of `value(x, y, z)` at the eight points around a position.
-template <typename Value>
-auto trilinear(const Scene& scene, glm::dvec3 world, const Value& value) {
-  const AxisPosition x = onAxis(world.x, scene.origin.x, scene.spacing.x, scene.size[0]);
-  const AxisPosition y = onAxis(world.y, scene.origin.y, scene.spacing.y, scene.size[1]);
-  const AxisPosition z = onAxis(world.z, scene.origin.z, scene.spacing.z, scene.size[2]);
+double worldOf(const Scene& scene, int axis, double index) {
+  const auto a = std::size_t(axis);
+  if (scene.nodes[a].empty()) return scene.origin[axis] + index * scene.spacing[axis];
+  const auto i = std::size_t(std::min(int(index), std::max(scene.size[a] - 2, 0)));
+  const auto j = std::min(i + 1, scene.nodes[a].size() - 1);
+  return std::lerp(scene.nodes[a][i], scene.nodes[a][j], index - double(i));
+}
+
+double trilinear(const Scene& scene, glm::dvec3 index) {
+  const glm::ivec3 low(index);
+  const glm::ivec3 high =
+      glm::min(low + 1, glm::ivec3(scene.size[0], scene.size[1], scene.size[2]) - 1);
+  const glm::dvec3 u = index - glm::dvec3(low);
   const auto row = [&](int j, int k) {
-    return value(x.low, j, k) * (1.0 - x.weight) + value(x.high, j, k) * x.weight;
+    return double(scene.at(low.x, j, k)) * (1.0 - u.x) + double(scene.at(high.x, j, k)) * u.x;
   };
-  const auto plane = [&](int k) {
-    return row(y.low, k) * (1.0 - y.weight) + row(y.high, k) * y.weight;
-  };
-  return plane(z.low) * (1.0 - z.weight) + plane(z.high) * z.weight;
+  const auto plane = [&](int k) { return row(low.y, k) * (1.0 - u.y) + row(high.y, k) * u.y; };
+  return plane(low.z) * (1.0 - u.z) + plane(high.z) * u.z;
 }
 
-glm::dvec3 gradientAtPoint(const Scene& scene, int x, int y, int z) {
-  const auto along = [&](int axis) {
-    std::array<int, 3> a{x, y, z}, b{x, y, z};
-    const auto i = std::size_t(axis);
-    a[i] = std::max(a[i] - 1, 0);
-    b[i] = std::min(b[i] + 1, scene.size[i] - 1);
-    if (a[i] == b[i]) return 0.0;
-    const double rise = double(scene.at(b[0], b[1], b[2])) - double(scene.at(a[0], a[1], a[2]));
-    return rise / (scene.spacing[axis] * (b[i] - a[i]));
-  };
-  return {along(0), along(1), along(2)};
+glm::dvec3 indexOf(const Scene& scene, glm::dvec3 world) {
+  return {indexOf(scene, 0, world.x), indexOf(scene, 1, world.y), indexOf(scene, 2, world.z)};
 }
 
 Scene smooth(int n) {
@@ -140,28 +140,45 @@ void cached(Scene& scene, const fs::path& path, const std::function<void(Scene&)
 }  // namespace
 
 Box Scene::domain() const {
-  return {origin, origin + spacing * glm::dvec3(size[0] - 1, size[1] - 1, size[2] - 1)};
+  Box box;
+  for (int axis = 0; axis < 3; ++axis) {
+    box.low[axis] = worldOf(*this, axis, 0);
+    box.high[axis] = worldOf(*this, axis, size[std::size_t(axis)] - 1);
+  }
+  return box;
 }
 
 BlockGrid Scene::block() const {
   BlockGrid grid;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const int a = int(axis);
-    for (int i = 0; i < size[axis]; ++i) grid.nodes[axis].push_back(origin[a] + i * spacing[a]);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = std::size_t(axis);
+    for (int i = 0; i < size[a]; ++i) grid.nodes[a].push_back(worldOf(*this, axis, i));
   }
   grid.owned = domain();
   return grid;
 }
 
-double Scene::minimumSpacing() const { return std::min({spacing.x, spacing.y, spacing.z}); }
-
-double Scene::sample(glm::dvec3 world) const {
-  return trilinear(*this, world, [this](int x, int y, int z) { return double(at(x, y, z)); });
+double Scene::minimumSpacing() const {
+  double least = HUGE_VAL;
+  for (const auto& axis : block().nodes) {
+    for (std::size_t i = 1; i < axis.size(); ++i) least = std::min(least, axis[i] - axis[i - 1]);
+  }
+  return least;
 }
 
+double Scene::sample(glm::dvec3 world) const { return trilinear(*this, indexOf(*this, world)); }
+
 glm::dvec3 Scene::gradient(glm::dvec3 world) const {
-  return trilinear(*this, world,
-                   [this](int x, int y, int z) { return gradientAtPoint(*this, x, y, z); });
+  const glm::dvec3 index = indexOf(*this, world);
+  glm::dvec3 slope{0.0};
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::dvec3 a = index, b = index;
+    a[axis] = std::max(index[axis] - 1.0, 0.0);
+    b[axis] = std::min(index[axis] + 1.0, size[std::size_t(axis)] - 1.0);
+    const double run = worldOf(*this, axis, b[axis]) - worldOf(*this, axis, a[axis]);
+    if (run > 0.0) slope[axis] = (trilinear(*this, b) - trilinear(*this, a)) / run;
+  }
+  return slope;
 }
 
 Scene makeScene(std::string name, int n, const Box& box,

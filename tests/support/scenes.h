@@ -12,12 +12,14 @@
 
 namespace vestige::test {
 
-/// A scalar field on a uniform grid of points, x fastest; its domain reaches from the first sample
-/// to the last.
+/// A scalar field on a uniform or rectilinear grid of points, x fastest; its domain reaches from
+/// the first sample to the last.
 struct Scene {
   std::string name;
   std::array<int, 3> size{};
   glm::dvec3 origin{0.0}, spacing{1.0};
+  /// Per axis: where its points stand, increasing; empty = evenly, by origin and spacing.
+  std::array<std::vector<double>, 3> nodes{};
   std::vector<float> values;
   double low = 0.0, high = 1.0;  ///< what its partitions span
   int nativeBytes = 4;           ///< of a sample in the data's own type
@@ -31,7 +33,8 @@ struct Scene {
   }
   /// Trilinear, clamped to the outermost samples; NaN where a sample that weighs is NaN.
   double sample(glm::dvec3 world) const;
-  /// World-space gradient: central differences (one-sided at the border), trilinear in between.
+  /// World-space gradient: differences between the points one grid point before and one after, on
+  /// the trilinear field; at the border, to the outermost one (method §1).
   glm::dvec3 gradient(glm::dvec3 world) const;
 };
 

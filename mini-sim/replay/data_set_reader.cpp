@@ -21,6 +21,7 @@
 #include <vtkXMLImageDataReader.h>
 #include <vtkXMLRectilinearGridReader.h>
 
+#include <algorithm>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -167,6 +168,20 @@ vtkSmartPointer<vtkDataSet> readRaw(const std::filesystem::path& file, const Raw
   return run(file, reader.Get(), capture);
 }
 
+/// Undoes VTK's half turn of DICOM volumes about x, rows upward and slices backward: that is all
+/// rows in reverse order. Then x runs along the files' rows, y down their columns, z along the
+/// slices' positions: left, posterior and superior where slices are axial.
+void turnBack(vtkImageData* image) {
+  vtkDataArray* array = image->GetPointData()->GetScalars();
+  if (!array) return;
+  const int* size = image->GetDimensions();
+  const std::size_t row = std::size_t(size[0]) * std::size_t(array->GetNumberOfComponents()) *
+                          std::size_t(array->GetDataTypeSize());
+  auto* first = static_cast<char*>(array->GetVoidPointer(0));
+  auto* last = first + row * (std::size_t(size[1]) * std::size_t(size[2]) - 1);
+  for (; first < last; first += row, last -= row) std::swap_ranges(first, first + row, last);
+}
+
 vtkSmartPointer<vtkDataSet> readDicomFolder(const std::filesystem::path& folder,
                                             const CaptureErrors& capture) {
   vtkNew<vtkDICOMImageReader> reader;
@@ -180,6 +195,7 @@ vtkSmartPointer<vtkDataSet> readDicomFolder(const std::filesystem::path& folder,
   if (auto* image = vtkImageData::SafeDownCast(data)) {
     const double* spacing = image->GetSpacing();
     image->SetSpacing(spacing[1], spacing[0], spacing[2]);
+    turnBack(image);
   }
   return data;
 }

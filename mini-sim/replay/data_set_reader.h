@@ -26,6 +26,8 @@ struct RawLayout {
 inline constexpr char kUnnamedArray[] = "scalars";
 
 /// Reads a file, or a folder of DICOM slices, through VTK's readers; with `raw`, headerless bytes.
+/// Samples stand in the order of the files, x fastest; those of DICOM along rows, down columns and
+/// along the slices' positions, without VTK's half turn.
 /// Whatever is missing, truncated or not what its name says throws std::runtime_error naming the
 /// file and VTK's reason. VTK itself prints nothing.
 vtkSmartPointer<vtkDataSet> readDataSet(const std::filesystem::path& file,

@@ -27,6 +27,7 @@ void readOutput(ConfigReader reader, Config& config) {
   if (config.output.empty()) reader.fail("path", "the archive needs a name");
   config.existing = ExistingArchive(reader.readChoice("existing", {"refuse", "append", "overwrite"},
                                                       std::size_t(config.existing)));
+  reader.read("previews", config.previews);
   reader.read("note", config.note);
   reader.read("owner", config.owner);
   if (reader.isString("background")) {

@@ -76,6 +76,7 @@ struct Config {
   ExistingArchive existing = ExistingArchive::Refuse;
   glm::dvec3 background{0.0};  ///< of previews, sRGB
   bool transparentBackground = false;
+  bool previews = true;
   std::string note, owner;  ///< free texts of every proxy
 
   std::string glBackend = "auto";

@@ -17,7 +17,8 @@ DryRunReport dryRunReport(const StepFrame& frame, const std::vector<StepProxy>& 
   std::map<std::pair<std::string, std::string>, std::size_t> bytes;
   std::size_t sum = 0;
   for (const auto& proxy : proxies) {
-    const std::size_t size = encodeExr(proxy.image).size() + encodePng(proxy.preview).size();
+    const std::size_t previewed = proxy.preview.rgba.empty() ? 0 : encodePng(proxy.preview).size();
+    const std::size_t size = encodeExr(proxy.image).size() + previewed;
     bytes[{proxy.image.header.field, proxy.image.header.kind}] += size;
     sum += size;
   }

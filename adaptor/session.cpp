@@ -195,7 +195,7 @@ std::uint64_t Session::write(const StepFrame& frame, const std::vector<StepProxy
                              StepTimes& times) {
   std::vector<ArchiveWriter::Entry> entries;
   for (const auto& proxy : proxies) {
-    entries.push_back({&proxy.image, &proxy.preview});
+    entries.push_back({&proxy.image, config_.previews ? &proxy.preview : nullptr});
   }
   const auto written = writer_->writeStep(entries);
   times.encode += written.encodeSeconds;

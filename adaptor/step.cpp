@@ -58,7 +58,8 @@ std::vector<StepProxy> pack(const Config& config, const ProxyHeader& header, con
   std::vector<StepProxy> proxies;
   const PreviewStyle style{config.background, config.transparentBackground, threads};
   const auto add = [&](ProxyImage image) {
-    auto picture = preview(image.header.kind, rays, classification, style);
+    auto picture =
+        config.previews ? preview(image.header.kind, rays, classification, style) : Raster{};
     proxies.push_back({std::move(image), std::move(picture)});
   };
   if (config.attenuation) {

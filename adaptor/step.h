@@ -30,7 +30,7 @@ struct StepFrame {
   std::string provenance;
 };
 
-/// A proxy and its preview.
+/// A proxy and its preview, which is empty if the configuration wants none.
 struct StepProxy {
   ProxyImage image;
   Raster preview;

@@ -18,12 +18,14 @@ namespace vestige {
 class ArchiveLock;
 
 /// One row of data.csv: the columns time, cycle, view, field, proxy, FILE_exr, FILE (design.md
-/// "Archive"). Paths are relative to the archive and stay inside it.
+/// "Archive"). Paths are relative to the archive and stay inside it. Without a preview, FILE names
+/// the EXR once more: Cinema has no empty cells.
 struct ArchiveRow {
   double time = 0.0;
   long cycle = 0;
   std::string view, field, proxy;
   std::string exr, png;
+  bool hasPreview() const { return png != exr; }
   friend bool operator==(const ArchiveRow&, const ArchiveRow&) = default;
 };
 
@@ -48,7 +50,7 @@ class ArchiveWriter {
   ArchiveWriter(const ArchiveWriter&) = delete;
   ArchiveWriter& operator=(const ArchiveWriter&) = delete;
 
-  /// A proxy and its preview, to be written with the step.
+  /// A proxy and its preview, or nullptr, to be written with the step.
   struct Entry {
     const ProxyImage* image;
     const Raster* preview;

@@ -80,6 +80,7 @@ void checkRow(const fs::path& directory, const ArchiveRow& row, std::vector<Find
       report(difference);
     for (std::string& problem : problemsOf(image)) report(std::move(problem));
   });
+  if (!row.hasPreview()) return;
   examine(row.png, [&](const auto& report) {
     const ImageSize preview = readPng(directory / row.png).size;
     if (opened && preview != size)
@@ -100,7 +101,7 @@ void checkRows(const std::vector<ArchiveRow>& rows, std::vector<Finding>& findin
                                    row.view, row.field, row.proxy, problem)});
     };
     if (!seen.insert(keyOf(row)).second) report("this row comes twice");
-    for (const std::string& file : {row.exr, row.png})
+    for (const std::string& file : std::set<std::string>{row.exr, row.png})
       if (++files[file] == 2) report(fmt::format("file '{}' belongs to another row too", file));
     auto [it, isNew] = times.emplace(row.cycle, row.time);
     if (!isNew && it->second != row.time)

@@ -76,19 +76,28 @@ class Claims {
   std::set<long> lost_;  ///< cycles that only timings.csv names
 };
 
-/// The row of a sound proxy with a preview; throws what is wrong with it.
-ArchiveRow rowOf(const fs::path& directory, const std::string& exr, const ExrFile& file) {
+/// The row of a sound proxy; throws what is wrong with it. A preview that is missing or damaged
+/// costs no data: the row goes on without.
+ArchiveRow rowOf(const fs::path& directory, const std::string& exr, const ExrFile& file,
+                 std::vector<Finding>& leftOut) {
   const ProxyImage image = file.image();
   const std::vector<std::string> problems = problemsOf(image);
   if (!problems.empty()) throw Error(ErrorCode::Format, problems.front());
   const ProxyHeader& h = image.header;
-  ArchiveRow row{
-      h.time, h.cycle, h.view, h.field, h.kind, exr, exr.substr(0, exr.size() - 3) + "png"};
+  ArchiveRow row{h.time, h.cycle, h.view, h.field, h.kind, exr, exr};
   validateName("view", row.view);
   validateName("field", row.field);
   validateName("proxy", row.proxy);
-  if (readPng(directory / row.png).size != h.size)
-    throw Error(ErrorCode::Format, "its preview is not as large as the proxy");
+  const std::string png = exr.substr(0, exr.size() - 3) + "png";
+  std::error_code failed;
+  if (!fs::exists(directory / png, failed)) return row;
+  try {
+    if (readPng(directory / png).size != h.size)
+      throw Error(ErrorCode::Format, "it is not as large as the proxy");
+    row.png = png;
+  } catch (const Error& e) {
+    leftOut.push_back({png, e.what()});
+  }
   return row;
 }
 
@@ -110,7 +119,7 @@ std::vector<Finding> repairArchive(const fs::path& directory) {
       const ExrFile exr(directory / file);
       if (!claims.shouldName(file, exr.header()))
         throw Error(ErrorCode::Format, "it is of a step that was not finished or is superseded");
-      ArchiveRow row = rowOf(directory, file, exr);
+      ArchiveRow row = rowOf(directory, file, exr, leftOut);
       auto [it, isNew] = rows.emplace(keyOf(row), row);
       if (isNew) continue;
       // Of two files of one row, the old table's; else the later one.

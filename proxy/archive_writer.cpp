@@ -141,8 +141,7 @@ std::vector<ArchiveRow> ArchiveWriter::newRows(const std::vector<Entry>& entries
   std::vector<ArchiveRow> rows;
   std::set<std::string> stems;
   for (const Entry& entry : entries) {
-    if (!entry.image || !entry.preview)
-      throw Error(ErrorCode::InvalidArgument, "an entry of a step has no image or no preview");
+    if (!entry.image) throw Error(ErrorCode::InvalidArgument, "an entry of a step has no image");
     const ProxyHeader& h = entry.image->header;
     validateName("view", h.view);
     validateName("field", h.field);
@@ -171,10 +170,11 @@ std::vector<ArchiveRow> ArchiveWriter::newRows(const std::vector<Entry>& entries
   std::error_code ignored;
   const auto folder = [&] { return cycleFolderOf(stemFor(cycle, "v", "f", "p", generation)); };
   while (fs::exists(fs::symlink_status(directory_ / folder(), ignored))) ++generation;
-  for (ArchiveRow& row : rows) {
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    ArchiveRow& row = rows[i];
     std::string stem = stemFor(row.cycle, row.view, row.field, row.proxy, generation);
     row.exr = stem + ".exr";
-    row.png = stem + ".png";
+    row.png = entries[i].preview ? stem + ".png" : row.exr;
   }
   return rows;
 }
@@ -221,13 +221,14 @@ ArchiveWriter::Written ArchiveWriter::writeStep(const std::vector<Entry>& entrie
   ensureExrThreads();
   std::vector<std::vector<std::byte>> pngs(entries.size());
   forEachOnExrThreads(int(entries.size()), [&](int i) {
-    pngs[std::size_t(i)] = encodePng(*entries[std::size_t(i)].preview);
+    const Raster* preview = entries[std::size_t(i)].preview;
+    if (preview) pngs[std::size_t(i)] = encodePng(*preview);
   });
   for (std::size_t i = 0; i < entries.size(); ++i) {
     std::vector<std::byte> exr = encodeExr(*entries[i].image);
     lap(written.encodeSeconds);
     batch.add(rows[i].exr, exr);
-    batch.add(rows[i].png, pngs[i]);
+    if (rows[i].hasPreview()) batch.add(rows[i].png, pngs[i]);
     written.bytes += exr.size() + pngs[i].size();
     lap(written.writeSeconds);
   }

@@ -563,6 +563,20 @@ TEST(Session, TheOwnerIsInEveryProxy) {
   }
 }
 
+TEST(Session, PreviewsCanBeSwitchedOff) {
+  const Folder folder;
+  for (const bool dry : {false, true}) {
+    Simulation run(folder / "a.cdb", (dry ? "dry_run = true\n" : "") + std::string(kSmallImage) +
+                                         "[output]\npreviews = false\n");
+    ASSERT_EQ(run.step(Sample(), 0), VESTIGE_OK) << run.error();
+  }
+  EXPECT_EQ(damageOf(folder / "a.cdb"), "");
+  const Archive archive(folder / "a.cdb");
+  EXPECT_EQ(archive.rows().size(), 5u);
+  for (const auto& [file, bytes] : filesOf(folder / "a.cdb"))
+    EXPECT_FALSE(file.ends_with(".png")) << file;
+}
+
 TEST(Session, AnArchiveOfAnyOneProxyHandsItsIntervalsToTheRunThatAppends) {
   const Folder folder;
   Sample sample, larger;

@@ -112,11 +112,33 @@ TEST(Archive, NamesThatATableCannotHoldAreRefusedBeforeAnythingIsWritten) {
   expectError(ErrorCode::InvalidArgument, "twice", [&] {
     writer.writeStep({{&image, &preview}, {&image, &preview}});
   });
-  expectError(ErrorCode::InvalidArgument, "no preview", [&] {
-    writer.writeStep({{&image, nullptr}});
+  expectError(ErrorCode::InvalidArgument, "no image", [&] {
+    writer.writeStep({{nullptr, &preview}});
   });
   EXPECT_EQ(Archive(folder / "a.cdb").rows().size(), 5u);
   EXPECT_TRUE(checkArchive(folder / "a.cdb").empty());
+}
+
+TEST(Archive, WithoutPreviewsTheTableNamesTheProxiesTwice) {
+  Folder folder;
+  const fs::path path = folder / "a.cdb";
+  const std::vector<ProxyImage> images = someImages(someHeader({12, 10}));
+  const Raster preview = someRaster({12, 10});
+  {
+    ArchiveWriter writer(path, ExistingArchive::Refuse);
+    writer.writeStep({{&images[0], nullptr}, {&images[3], &preview}});
+  }
+  const std::vector<ArchiveRow> rows = Archive(path).rows();
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_FALSE(rows[0].hasPreview());
+  EXPECT_TRUE(rows[1].hasPreview());
+  EXPECT_EQ(contents(path / "data.csv").find(",\n"), std::string::npos) << "no empty cells";
+  EXPECT_TRUE(checkArchive(path).empty());
+  fs::remove(path / "data.csv");
+  EXPECT_TRUE(repairArchive(path).empty());
+  EXPECT_EQ(Archive(path).rows(), rows);
+  { ArchiveWriter writer(path, ExistingArchive::Overwrite); }
+  EXPECT_FALSE(fs::exists(path / "c00000010"));
 }
 
 TEST(Archive, RefuseAppendAndOverwriteDoWhatTheySay) {

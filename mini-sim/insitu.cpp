@@ -2,6 +2,7 @@
 #include "mini-sim/insitu.h"
 
 #include <set>
+#include <string_view>
 #include <type_traits>
 
 #include "adaptor/vestige.h"
@@ -42,7 +43,9 @@ InSitu<Real>::InSitu(const LatticeSettings& lattice, const Options& options)
   open.output = options.output.empty() ? nullptr : options.output.c_str();
   open.log_data = &s;
   open.log = [](int level, const char* sentence, void* self) {
-    if (level == VESTIGE_WARNING)  // errors come as codes
+    // Errors come as codes; of what is only said, the figures of a dry run are its result.
+    const bool figures = level == VESTIGE_INFO && std::string_view(sentence).starts_with("dry run");
+    if (level == VESTIGE_WARNING || figures)
       static_cast<Session*>(self)->say(std::string("vestige: ") + sentence);
   };
   if (!s.fine(vestige_open(&open, &s.vestige))) return;

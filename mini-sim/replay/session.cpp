@@ -7,6 +7,7 @@
 #include <vtkPointData.h>
 
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include "adaptor/vestige_vtk.h"
@@ -24,7 +25,9 @@ Session::Session(const Options& options) : options_(options) {
   open.output = orNull(options_.output);
   open.log_data = this;
   open.log = [](int level, const char* sentence, void* self) {
-    if (level != VESTIGE_WARNING) return;  // errors come as codes
+    // Errors come as codes; of what is only said, the figures of a dry run are its result.
+    const bool figures = level == VESTIGE_INFO && std::string_view(sentence).starts_with("dry run");
+    if (level != VESTIGE_WARNING && !figures) return;
     static_cast<Session*>(self)->options_.warn(sentence);
   };
   note(vestige_open(&open, &vestige_));

@@ -104,6 +104,15 @@ TEST_F(MiniSim, LeavesNothingWithoutTheAdaptor) {
   EXPECT_FALSE(fs::exists(folder_ / "none.cdb"));
 }
 
+TEST_F(MiniSim, ADryRunPrintsItsFigures) {
+  write("dry.toml", "dry_run = true\n" + std::string(kSmallConfig));
+  const auto outcome = simulate({"--steps", "10", "--config", "dry.toml"});
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+  for (const char* words : {"dry run: a step takes", "proxy 'length'", "would have been stored"})
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(folder_ / "plume.cdb"));
+}
+
 TEST_F(MiniSim, ClosesTheArchiveWhenInterrupted) {
   write("small.toml", kSmallConfig);
   Program program("vestige-mini-sim",

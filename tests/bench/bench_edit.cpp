@@ -4,14 +4,12 @@
 // usage: bench_edit --seeds A..B LINE...
 #include <algorithm>
 #include <cstdio>
-#include <stdexcept>
 
-#include "adaptor/marcher.h"
 #include "explorer/edit_pass.h"
 #include "explorer/metrics.h"
 #include "explorer/pieces.h"
 #include "proxy/proxy_layout.h"
-#include "tests/bench/bench_options.h"
+#include "tests/bench/bench_run.h"
 #include "tests/support/cpu_renderer.h"
 #include "tests/support/random_transfer_function.h"
 
@@ -24,14 +22,7 @@ constexpr int kSamplesPerVoxel = 2;  // each step is split at bounds, or in halv
 
 /// Marches a scene on the GPU and packs its lengths as an archive would hold them.
 LengthPlanes storedLengths(Marcher& marcher, const Scene& scene, const MarchRequest& request) {
-  const double low = request.partition.low(), range = request.partition.high() - low;
-  const auto plane = std::size_t(scene.size[0]) * std::size_t(scene.size[1]);
-  marcher.upload(scene.block(), [&](int z0, int z1, float* out) {
-    for (std::size_t i = std::size_t(z0) * plane; i < std::size_t(z1) * plane; ++i) {
-      *out++ = float((double(scene.values[i]) - low) / range);
-    }
-  });
-  const RayImage rays = marcher.march(request);
+  const RayImage rays = marchOnGpu(marcher, scene, request);
   ProxyHeader header;
   header.camera = request.camera;
   header.size = request.size;
@@ -116,17 +107,12 @@ void measure(const std::shared_ptr<gl::Device>& device, const std::string& name,
 }  // namespace vestige::test
 
 int main(int argc, char** argv) {
-  try {
-    const vestige::test::BenchOptions options(argc, argv);
-    const std::shared_ptr<vestige::gl::Device> device = vestige::gl::Device::create("auto");
+  using namespace vestige::test;
+  return runBench("bench_edit", argc, argv, [](const auto& options, const auto& device) {
     for (const char* scene : {"ct", "plume", "smooth", "turbulent"}) {
       if (!options.wantsAny(std::string("edit_psnr_") + scene + "_")) continue;
       std::fprintf(stderr, "bench_edit: %s\n", scene);
-      vestige::test::measure(device, scene, options);
+      measure(device, scene, options);
     }
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "bench_edit: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+  });
 }

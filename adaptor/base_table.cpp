@@ -159,7 +159,7 @@ BaseTable::BaseTable(const TransferFunction& base, const IntervalPartition& part
   cells.insert(cells.end(), further.begin(), further.end());
 }
 
-float BaseTable::integral(float value) const {
+std::pair<glm::vec4, float> BaseTable::pieceAt(float value) const {
   const float x = value * cellsPerValue + cellOfZero;
   const float cell = std::floor(std::clamp(x, 0.0f, lastCell));
   float u = x - cell, from = 0.0f;
@@ -171,8 +171,21 @@ float BaseTable::integral(float value) const {
     t = cells[next + 1];
     next = std::size_t(piece.y);
   }
-  u -= from;
+  return {t, u - from};
+}
+
+float BaseTable::integral(float value) const {
+  const auto [t, u] = pieceAt(value);
   return t.x + u * (t.y + u * t.z);
+}
+
+bool BaseTable::transparent(float low, float high) const {
+  // Where both integrals are the same number there may still be a little between them.
+  const auto clear = [this](float value) {
+    const auto [t, u] = pieceAt(value);
+    return t.y + 2.0f * u * t.z == 0.0f;
+  };
+  return clear(low) && clear(high) && integral(low) == integral(high);
 }
 
 }  // namespace vestige

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <glm/vec4.hpp>
+#include <utility>
 #include <vector>
 
 #include "proxy/interval_partition.h"
@@ -30,6 +31,12 @@ struct BaseTable {
   BaseTable(const TransferFunction& base, const IntervalPartition& partition, double scale);
   /// ∫ extinction up to a normalised value.
   float integral(float value) const;
+  /// Nothing between two values, ends included, has any extinction.
+  bool transparent(float low, float high) const;
+
+ private:
+  /// The cell or piece of a normalised value, and the place in it.
+  std::pair<glm::vec4, float> pieceAt(float value) const;
 };
 
 }  // namespace vestige

@@ -10,6 +10,9 @@
 // ray crosses in it. Where rays run side by side in the lanes of a vector unit, a loop ends with its
 // last lane and an `if` saves nothing, so rare work must not stand in the loop of the samples.
 //
+// Before a stretch, bricks in which the ray can meet nothing are passed over (SKIP). In QUIET tiles
+// rays meet nothing but the block's background.
+//
 // Marcher defines INTERVALS, LAYERS (counts); STRETCH (steps), EACH_STEP(X) = X(0, 1) X(1, 2) ...,
 // EACH_STEP_BACK(X) in reverse; EACH_LAYER(X) = X(0) X(1) ...; and where requested LENGTH,
 // ATTENUATION, MIP, REFERENCE, PHONG, and BASE where the base transfer function is needed.
@@ -17,6 +20,8 @@
 layout(local_size_x = 64) in;
 
 layout(std430, binding = 0) writeonly buffer Planes { float planes[]; };
+layout(std430, binding = 1) readonly buffer Tiles { vec4 tiles[]; };  // see TilePlan
+uniform int firstTile;
 
 uniform ivec2 size;           // of the whole picture
 uniform ivec2 band;           // first row, rows
@@ -30,12 +35,14 @@ uniform mat3 eyeFromWorld;
 
 const int kChannels = INTERVALS + 3;
 const int kNoData = INTERVALS + 2;
-uniform int channels;  // kChannels, but unknown to the compiler, which would unroll our last loops
+#ifdef QUIET
+uniform int backgroundChannel;
+uniform float backgroundHigh;
+#endif
 uniform vec2 edges[INTERVALS + 4];  // value, and the base function's integral up to it
 
-// Channels as the partition numbers them (intervals, below, above, no data) from ours, and back.
+// Channels as the partition numbers them (intervals, below, above, no data) from ours.
 #define OUTER(c) ((c) == 0 ? INTERVALS : (c) <= INTERVALS ? (c) - 1 : (c))
-#define INNER(k) ((k) < INTERVALS ? (k) + 1 : (k) == INTERVALS ? 0 : (k))
 
 #if defined(LENGTH) || defined(ATTENUATION)
 #define RUNS
@@ -108,16 +115,17 @@ vec3 headlit(vec3 light, float alpha, float z, vec3 origin, vec3 direction) {
 int planeSize, place, plane = 0;
 
 // The planes are zero to begin with: most channels of most rays stay so, and a store costs.
-void put(float value) {
-  if (value != 0.0) planes[plane * planeSize + place] = value;
-  ++plane;
+void putAt(int at, float value) {
+  if (value != 0.0) planes[at * planeSize + place] = value;
 }
+void put(float value) { putAt(plane++, value); }
 
 void main() {
   // A workgroup is a tile of 8x8 pixels; each eight consecutive invocations are 4x2 of them.
+  vec4 tile = tiles[firstTile + int(gl_WorkGroupID.x)];
   int lane = int(gl_LocalInvocationIndex);
   ivec2 inTile = ivec2((lane & 3) | ((lane >> 1) & 4), ((lane >> 2) & 1) | ((lane >> 3) & 6));
-  ivec2 pixel = ivec2(gl_WorkGroupID.xy) * 8 + inTile;
+  ivec2 pixel = ivec2(tile.xy) * 8 + inTile - ivec2(0, band.x);
   if (pixel.x >= size.x || pixel.y >= band.y) return;
   planeSize = size.x * band.y;
   place = pixel.y * size.x + pixel.x;
@@ -132,6 +140,17 @@ void main() {
   bool miss = !(inBox.x < inBox.y);
   float zIn = miss ? 0.0 : inBox.x, zOut = miss ? 0.0 : inBox.y;
 
+#ifdef QUIET
+#ifdef RUNS
+  int channel = backgroundChannel, firstRun = -1, lastRun = channel;
+  int lowest = channel, highest = channel;
+  float runStart = zIn, runTransmittance = 1.0;
+  vec4 sums[kChannels];
+  sums[channel] = vec4(0.0);
+#endif
+  float tauOut = 0.0, largest = backgroundHigh;
+  vec3 light = vec3(0.0);
+#else
   // The march begins at the sample before the entry, which stands between two samples with the
   // value linear in between; what it meets before the entry counts for nothing.
   float index = floor(zIn / stepDepth);
@@ -146,6 +165,7 @@ void main() {
   vec2 low = edges[channel], high = edges[channel + 1];
   float runStart = zIn;
   int firstRun = -1, lastRun = channel;  // channels of the first and last run longer than nothing
+  int lowest = channel, highest = channel;
   vec4 sums[kChannels];                  // length, moment, runs, attenuation
   for (int c = 0; c < kChannels; ++c) sums[c] = vec4(0.0);
 #endif
@@ -162,6 +182,10 @@ void main() {
 #ifdef REFERENCE
   vec3 light = vec3(0.0);
 #endif
+#ifdef SKIP
+  float lastSample = floor(zOut / stepDepth);
+  float passedLargest = -kInfinity;  // of what was passed over
+#endif
   // Of each layer, the index of the step where it is first met; negative: none yet.
   float layerFrom = fIn;
 #define LAYER_START(m) float hit##m = -1e30, iso##m = isovalues[m];
@@ -176,6 +200,47 @@ void main() {
 
   // Loops test at their end: a test at the head costs the vector unit one more turn.
   do {
+#ifdef SKIP
+    // Pass over bricks while the next sample is in one that holds nothing but the ray's channel,
+    // is transparent with all that lies between, and on this side of every isovalue still unmet.
+    {
+      float to = index;
+      bool skips;
+      do {
+        vec3 local = origin + (to + 1.0) * stepDepth * direction;
+        ivec3 brick = brickAt(local);
+        vec4 range = texelFetch(bricks, brick, 0);
+#ifdef RUNS
+        skips = range.x == float(channel);
+#else
+        skips = range.x >= 0.0;
+#endif
+#ifdef BASE
+        skips = skips && range.w == base0.integral && base0.extinction == 0.0;
+#endif
+#define LAYER_SKIP(m)                                                     \
+  skips = skips && (hit##m > -1e29 ||                                     \
+                    ((layerFrom < iso##m) == (range.y < iso##m) &&        \
+                     (layerFrom < iso##m) == (max(range.y, range.z) < iso##m)));
+        EACH_LAYER(LAYER_SKIP)
+        skips = skips && to < lastSample;
+        float z = (to + 1.0) * stepDepth, leaves = leavesBrick(brick, origin, direction);
+        leaves = z < tile.z ? max(leaves, tile.z) : z > tile.w ? kInfinity : leaves;
+        leaves = floor(leaves / stepDepth);
+        to = skips ? min(max(leaves, to + 1.0), lastSample) : to;
+        passedLargest = skips ? max(passedLargest, range.z) : passedLargest;
+      } while (skips);
+      if (to > index) {
+        index = to;
+        f0 = SAMPLE(index * stepDepth);
+        layerFrom = f0;
+#ifdef BASE
+        base0 = baseAt(f0);
+#endif
+      }
+    }
+#endif
+
     lastIndex = index;
     lastF = f0;
 #ifdef BASE
@@ -298,6 +363,8 @@ void main() {
           high = edges[channel + 1];
         }
 #endif
+        lowest = min(lowest, channel);
+        highest = max(highest, channel);
         crosses = EACH_STEP(MORE) false;
       }
     } while (crosses);
@@ -331,6 +398,31 @@ void main() {
 #endif
 #ifdef MIP
   largest = max(largest, isGap(fOut) ? -kInfinity : fOut);
+#ifdef SKIP
+  // Where what was passed over may hold more: the least values of the bricks on the way bound the
+  // result from below, and only bricks that reach above the bound are sampled.
+  float mipEnd = passedLargest > largest + 1e-7 ? lastSample : -kInfinity;
+  float at0 = ceil(zIn / stepDepth), sampleIndex = at0;
+  do {
+    vec3 local = origin + sampleIndex * stepDepth * direction;
+    ivec3 brick = brickAt(local);
+    vec2 range = texelFetch(bricks, brick, 0).yz;
+    float leaves = floor(leavesBrick(brick, origin, direction) / stepDepth);
+    bool counts = sampleIndex <= mipEnd && range.x <= range.y;
+    largest = counts ? max(largest, range.x) : largest;
+    sampleIndex = max(leaves, sampleIndex) + 1.0;
+  } while (sampleIndex <= mipEnd);
+  sampleIndex = at0;
+  do {
+    vec3 local = origin + sampleIndex * stepDepth * direction;
+    ivec3 brick = brickAt(local);
+    float f = sampleAt(textureAt(local));
+    bool hopeful = texelFetch(bricks, brick, 0).z > largest;
+    float leaves = floor(leavesBrick(brick, origin, direction) / stepDepth);
+    largest = sampleIndex <= mipEnd && !isGap(f) ? max(largest, f) : largest;
+    sampleIndex = (hopeful ? sampleIndex : max(leaves, sampleIndex)) + 1.0;
+  } while (sampleIndex <= mipEnd);
+#endif
 #endif
 #ifdef BASE
   float tauOut = max(lastTau + (zOut - lastIndex * stepDepth) * lengthPerDepth *
@@ -344,6 +436,7 @@ void main() {
                    direction);
 #endif
 #endif
+#endif  // QUIET
 
   put(miss ? kInfinity : depthOrigin + scale * zIn);
   put(miss ? -kInfinity : depthOrigin + scale * zOut);
@@ -361,34 +454,56 @@ void main() {
   }
   put(miss ? 255.0 : float(OUTER(firstRun)));
   put(miss ? 255.0 : float(OUTER(lastRun)));
+  // Only the channels that the ray was in, from the lowest to the highest.
+  int c = lowest;
+  do {
+    int at = plane + OUTER(c);
+    vec4 sum = sums[c];
 #ifdef LENGTH
-  float worldPerDepth = scale * lengthPerDepth;
-  for (int k = 0; k < channels; ++k) put(worldPerDepth * sums[INNER(k)].x);
-  for (int k = 0; k < channels; ++k) {
-    put(worldPerDepth * (depthOrigin * sums[INNER(k)].x + scale * sums[INNER(k)].y));
-  }
-  for (int k = 0; k < channels; ++k) put(sums[INNER(k)].z);
+    float worldPerDepth = scale * lengthPerDepth;
+    putAt(at, worldPerDepth * sum.x);
+    at += kChannels;
+    putAt(at, worldPerDepth * (depthOrigin * sum.x + scale * sum.y));
+    at += kChannels;
+    putAt(at, sum.z);
+    at += kChannels;
 #endif
 #ifdef ATTENUATION
-  for (int k = 0; k < channels; ++k) put(sums[INNER(k)].w);
+    putAt(at, sum.w);
+#endif
+    ++c;
+  } while (c <= highest);
+#ifdef LENGTH
+  plane += 3 * kChannels;
+#endif
+#ifdef ATTENUATION
+  plane += kChannels;
 #endif
 #endif
 #ifdef BASE
   put(exp(-tauOut));
 #endif
-#define LAYER_DEPTH(m)                                                                      \
-  float depth##m = layerDepth(hit##m, iso##m, zIn, zOut, origin, direction);          \
-  put(depthOrigin + scale * depth##m);
-  EACH_LAYER(LAYER_DEPTH)
-#define LAYER_NORMAL(m)                                                                     \
-  {                                                                                         \
-    bool found = depth##m < kInfinity;                                                      \
-    vec3 n = eyeFromWorld * normalAt(origin + (found ? depth##m : 0.0) * direction, direction); \
-    put(found ? n.x : 0.0);                                                                 \
-    put(found ? n.y : 0.0);                                                                 \
-    put(found ? n.z : 0.0);                                                                 \
-  }
-  EACH_LAYER(LAYER_NORMAL)
+#if LAYERS > 0 && !defined(QUIET)
+  // Only the layers that were met; 0 stands for none.
+  float hits[LAYERS + 1];
+#define LAYER_HIT(m) hits[m] = hit##m;
+  EACH_LAYER(LAYER_HIT)
+  hits[LAYERS] = 0.0;
+  int m = -1;
+  do {
+    do ++m; while (hits[m] < -1e29);
+    int met = min(m, LAYERS - 1);
+    float z = layerDepth(m < LAYERS ? hits[m] : -1e30, isovalues[met], zIn, zOut, origin, direction);
+    bool found = z < kInfinity;
+    vec3 n = eyeFromWorld * normalAt(origin + (found ? z : 0.0) * direction, direction);
+    float depth = depthOrigin + scale * z;
+    putAt(plane + met, found ? (depth == 0.0 ? 1e-37 : depth) : 0.0);
+    putAt(plane + LAYERS + 3 * met, found ? n.x : 0.0);
+    putAt(plane + LAYERS + 3 * met + 1, found ? n.y : 0.0);
+    putAt(plane + LAYERS + 3 * met + 2, found ? n.z : 0.0);
+  } while (m < LAYERS - 1);
+#endif
+  plane += 4 * LAYERS;
 #ifdef MIP
   put(miss ? -kInfinity : largest);
 #endif

@@ -78,6 +78,39 @@ float fieldAt(vec3 t) {
 #endif
 }
 
+#ifdef SKIP
+// The grid of bricks, SKIP cells a side: (channel, least, largest value, integral of
+// the base function); see BrickGrid.
+uniform sampler3D bricks;
+uniform ivec3 lastBrick;
+uniform vec3 brickLow, brickWidth;  // even axes: the lower face of brick i is at low + i * width
+
+ivec3 brickAt(vec3 local) {
+  vec3 node = textureAt(local) * vec3(nodeCount) - 0.5;
+  return clamp(ivec3(max(node, vec3(0.0)) / float(SKIP)), ivec3(0), lastBrick);
+}
+
+// Where the ray leaves the brick; the outermost ones go on for ever, as the samples do.
+float leavesBrick(ivec3 brick, vec3 origin, vec3 direction) {
+  ivec3 face = brick + ivec3(greaterThan(direction, vec3(0.0)));
+  vec3 at = brickLow + vec3(face) * brickWidth;
+#ifdef AXIS_X
+  at.x = texelFetch(nodesX, ivec2(face.x * SKIP, 0), 0).x;
+#endif
+#ifdef AXIS_Y
+  at.y = texelFetch(nodesY, ivec2(face.y * SKIP, 0), 0).x;
+#endif
+#ifdef AXIS_Z
+  at.z = texelFetch(nodesZ, ivec2(face.z * SKIP, 0), 0).x;
+#endif
+  vec3 z = (at - origin) / direction;
+  z.x = direction.x == 0.0 || face.x == 0 || face.x > lastBrick.x ? kInfinity : z.x;
+  z.y = direction.y == 0.0 || face.y == 0 || face.y > lastBrick.y ? kInfinity : z.y;
+  z.z = direction.z == 0.0 || face.z == 0 || face.z > lastBrick.z ? kInfinity : z.z;
+  return min(z.x, min(z.y, z.z));
+}
+#endif
+
 float sampleAt(vec3 t) {
   float f = fieldAt(t);
 #ifdef GAPS

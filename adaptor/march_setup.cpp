@@ -68,16 +68,18 @@ std::vector<glm::vec2> channelEdges(const IntervalPartition& partition, const Ba
 MarchAxis::MarchAxis(const std::vector<double>& nodes, double centre, double scale) {
   const int count = int(nodes.size());
   if (count < 2) return;
-  const double spacing = (nodes.back() - nodes.front()) / (count - 1);
-  double narrowest = spacing;
+  const double mean = (nodes.back() - nodes.front()) / (count - 1);
+  double narrowest = mean;
   for (int i = 0; i + 1 < count; ++i) {
-    const double place = nodes.front() + i * spacing;
-    even = even && std::abs(nodes[std::size_t(i)] - place) <= 1e-6 * spacing;
+    const double place = nodes.front() + i * mean;
+    even = even && std::abs(nodes[std::size_t(i)] - place) <= 1e-6 * mean;
     narrowest = std::min(narrowest, nodes[std::size_t(i) + 1] - nodes[std::size_t(i)]);
   }
   if (even) {
-    textureFromLocal = float(scale / (spacing * count));
-    textureOrigin = float(((centre - nodes.front()) / spacing + 0.5) / count);
+    textureFromLocal = float(scale / (mean * count));
+    textureOrigin = float(((centre - nodes.front()) / mean + 0.5) / count);
+    first = float((nodes.front() - centre) / scale);
+    spacing = float(mean / scale);
     return;
   }
   const double range = nodes.back() - nodes.front();

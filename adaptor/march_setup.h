@@ -42,11 +42,14 @@ std::vector<glm::vec2> channelEdges(const IntervalPartition& partition, const Ba
 struct MarchAxis {
   bool even = true;
   float textureFromLocal = 0.0f, textureOrigin = 0.5f;  ///< of an even axis
+  float first = 0.0f, spacing = 0.0f;                   ///< of its nodes, local
   glm::vec3 guess{0.0f};                                ///< of an uneven one
   int width = 0;
   std::vector<glm::vec4> texels;  ///< two rows of `width`: nodes, guesses
 
   MarchAxis(const std::vector<double>& nodes, double centre, double scale);
+  /// Local position of a node, or beyond, of an even axis; 0 where there is but one.
+  float nodeAt(int i) const { return first + float(i) * spacing; }
 };
 
 /// World length between samples: the request's, or the block's smallest spacing. Throws

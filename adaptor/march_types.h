@@ -42,6 +42,9 @@ struct MarchRequest {
   /// Blinn-Phong headlight on the reference: colour (0.3 + 0.7 |n·v|) + 0.2 |n·v|^32.
   bool phong = false;
   std::vector<double> isovalues{};  ///< depth layers; any order
+  /// Pass over bricks and tiles in which nothing happens. The result is the same; MIP to 2e-7 of
+  /// the partition's range.
+  bool passOver = true;
 };
 
 /// What the rays of a view gathered in a block, or in several after compositing. Planes are

@@ -9,10 +9,14 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
+#include "adaptor/block_volume.h"
 #include "adaptor/march_setup.h"
+#include "adaptor/stopwatch.h"
+#include "adaptor/tile_plan.h"
 #include "march_base_glsl.embed.h"
 #include "march_field_glsl.embed.h"
 #include "march_glsl.embed.h"
@@ -26,57 +30,9 @@ namespace {
 
 using Defines = std::vector<std::pair<std::string, std::string>>;
 
-constexpr int kStretch = 8;                      ///< steps between two looks for crossings
-constexpr int kTile = 8;                         ///< pixels a side of a workgroup
-constexpr std::size_t kStagingBytes = 8u << 20;  ///< of a slab on its way to the texture
-constexpr std::size_t kBandBytes = 16u << 20;    ///< of the planes of a band of rows
-enum Unit { kVolumeUnit, kBaseUnit, kBaseColorUnit, kNodesUnit };  // kNodesUnit + axis
-
-class Stopwatch {
- public:
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    return std::chrono::duration<double>(now - std::exchange(start_, now)).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-void setFilter(GLenum target, GLint filter) {
-  const gl::Functions& f = gl::functions();
-  f.TexParameteri(target, GL_TEXTURE_MIN_FILTER, filter);
-  f.TexParameteri(target, GL_TEXTURE_MAG_FILTER, filter);
-  for (GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
-    f.TexParameteri(target, wrap, GL_CLAMP_TO_EDGE);
-  }
-}
-
-gl::Texture makeTable(int unit, int width, const std::vector<glm::vec4>& texels) {
-  const gl::Functions& f = gl::functions();
-  gl::Texture table(GL_TEXTURE_2D);
-  table.bind(unit);
-  const int height = int(texels.size()) / width;
-  f.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, width, height);
-  setFilter(GL_TEXTURE_2D, GL_NEAREST);
-  f.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, GL_RGBA, GL_FLOAT, texels.data());
-  return table;
-}
-
-/// A table of texels that shaders read by index.
-struct BufferTable {
-  gl::Buffer buffer;
-  gl::Texture texture{GL_TEXTURE_BUFFER};
-
-  BufferTable(int unit, const std::vector<glm::vec4>& texels) {
-    const gl::Functions& f = gl::functions();
-    f.BindBuffer(GL_TEXTURE_BUFFER, buffer.id());
-    f.BufferData(GL_TEXTURE_BUFFER, GLsizeiptr(texels.size() * sizeof(glm::vec4)), texels.data(),
-                 GL_STREAM_DRAW);
-    texture.bind(unit);
-    f.TexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, buffer.id());
-  }
-};
+constexpr int kStretch = 8;  ///< steps between two looks for crossings
+constexpr int kTile = TilePlan::kTile;
+constexpr std::size_t kBandBytes = 16u << 20;  ///< of the planes of a band of rows
 
 /// "X(0, 1) X(1, 2) …" for the shader's unrolled loops.
 std::string unrolled(int count, bool pairs, bool backward = false) {
@@ -86,6 +42,13 @@ std::string unrolled(int count, bool pairs, bool backward = false) {
     text += "X(" + std::to_string(k) + (pairs ? ", " + std::to_string(k + 1) : "") + ") ";
   }
   return text;
+}
+
+/// Where hardly any brick can be passed over, looking costs more than it saves.
+bool worthSkipping(const std::vector<glm::vec4>& bricks) {
+  const auto skippable = std::count_if(bricks.begin(), bricks.end(),
+                                       [](const glm::vec4& brick) { return brick.x >= 0.0f; });
+  return std::size_t(skippable) * 50 > bricks.size();
 }
 
 void checkRequest(const MarchRequest& request) {
@@ -101,16 +64,6 @@ void checkRequest(const MarchRequest& request) {
                   "the isovalue " + std::to_string(isovalue) + " is not finite");
     }
   }
-}
-
-bool anyNotFinite(const float* values, std::size_t count) {
-  std::uint32_t largest = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    std::uint32_t bits;
-    std::memcpy(&bits, values + i, sizeof bits);
-    largest = std::max(largest, bits & 0x7fffffffu);
-  }
-  return largest >= 0x7f800000u;
 }
 
 /// An image in which every ray misses.
@@ -185,6 +138,64 @@ class BandReader {
 
 }  // namespace
 
+/// What a request comes to in one block.
+struct Marcher::Setup {
+  MarchFrame frame;
+  std::array<MarchAxis, 3> axes;
+  std::optional<BaseTable> base;
+  std::vector<glm::vec2> edges;
+  std::vector<glm::vec4> bricks;
+  bool skips;
+
+  Setup(const MarchRequest& request, const BlockVolume& volume)
+      : frame(request.domain, request.camera),
+        axes{MarchAxis(volume.grid().nodes[0], frame.centre.x, frame.scale),
+             MarchAxis(volume.grid().nodes[1], frame.centre.y, frame.scale),
+             MarchAxis(volume.grid().nodes[2], frame.centre.z, frame.scale)} {
+    if (request.attenuation || request.reference) {
+      base.emplace(request.base, request.partition, frame.scale);
+    }
+    const BaseTable* table = base ? &*base : nullptr;
+    edges = channelEdges(request.partition, table);
+    bricks = volume.bricks().texels(edges, table);
+    if (!request.passOver) {
+      for (glm::vec4& brick : bricks) brick.x = -1.0f;
+    }
+    skips = worthSkipping(bricks);
+  }
+};
+
+/// Tiles and the program that is run on them.
+struct Marcher::Pass {
+  const gl::Program& program;
+  const std::vector<glm::vec4>& tiles;
+  gl::Buffer buffer;
+
+  Pass(const gl::Program& program_, const std::vector<glm::vec4>& tiles_)
+      : program(program_), tiles(tiles_) {
+    const gl::Functions& f = gl::functions();
+    f.BindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.id());
+    f.BufferData(GL_SHADER_STORAGE_BUFFER, GLsizeiptr(tiles.size() * sizeof(glm::vec4)),
+                 tiles.data(), GL_STREAM_DRAW);
+  }
+
+  /// Runs it on the tiles whose first row of pixels is in [first, first + count).
+  void run(int first, int count) const {
+    const auto from = [&](int row) {
+      return std::partition_point(tiles.begin(), tiles.end(),
+                                  [&](const glm::vec4& t) { return t.y * kTile < float(row); });
+    };
+    const auto begin = from(first), end = from(first + count);
+    if (begin == end) return;
+    const gl::Functions& f = gl::functions();
+    program.use();
+    f.Uniform2i(program.uniform("band"), first, count);
+    f.Uniform1i(program.uniform("firstTile"), int(begin - tiles.begin()));
+    f.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, buffer.id());
+    f.DispatchCompute(GLuint(end - begin), 1, 1);
+  }
+};
+
 struct Marcher::Impl {
   // Hardware filters with weights of eight bits; Mesa's rasteriser in single precision.
   Impl(std::shared_ptr<gl::Device> device_, bool own)
@@ -192,83 +203,27 @@ struct Marcher::Impl {
         ownFilter(own || device->info().renderer.find("llvmpipe") == std::string::npos) {}
   ~Impl() {
     device->run([this] {
-      volume.reset();
+      volume.clear();
       planes.reset();
       programs.clear();
     });
   }
 
-  void allocate(const BlockGrid& grid);
-  void uploadSlabs(const FillSlab& fill);
-  gl::Program& program(const MarchRequest& request, const std::array<MarchAxis, 3>& axes,
-                       const BaseTable* base);
-  void setUniforms(const gl::Program& program, const MarchRequest& request, const MarchFrame& frame,
-                   const std::array<MarchAxis, 3>& axes);
+  gl::Program& program(const MarchRequest& request, const Setup& setup, bool quiet);
+  void setUniforms(const gl::Program& program, const MarchRequest& request, const Setup& setup);
   void readBand(const MarchRequest& request, int firstRow, int rows, RayImage& image);
-  void marchBands(const gl::Program& program, const MarchRequest& request, RayImage& image);
+  void marchBands(std::span<const Pass> passes, const MarchRequest& request, RayImage& image);
   RayImage march(const MarchRequest& request);
 
   std::shared_ptr<gl::Device> device;
   bool ownFilter;  ///< the shader's, of samples
-  BlockGrid grid;
-  std::array<int, 3> volumeSize{0, 0, 0};
-  bool hasGaps = false;  ///< samples without data in the volume
-  std::optional<gl::Texture> volume;
+  BlockVolume volume;
   std::optional<gl::Buffer> planes;
   std::map<std::string, gl::Program> programs;
   Times times;
 };
 
-void Marcher::Impl::allocate(const BlockGrid& newGrid) {
-  const auto size = newGrid.size();
-  const int most = device->info().maxTexture3D;
-  if (std::max({size[0], size[1], size[2]}) > most) {
-    throw Error(ErrorCode::Gl, "a block of " + std::to_string(size[0]) + " x " +
-                                   std::to_string(size[1]) + " x " + std::to_string(size[2]) +
-                                   " samples does not fit: OpenGL takes " + std::to_string(most) +
-                                   " a side; publish it as several blocks");
-  }
-  if (volume && size == volumeSize) return;
-  const gl::Functions& f = gl::functions();
-  volume.reset();
-  volumeSize = {0, 0, 0};
-  volume.emplace(GL_TEXTURE_3D);
-  volume->bind(kVolumeUnit);
-  f.TexStorage3D(GL_TEXTURE_3D, 1, GL_R32F, size[0], size[1], size[2]);
-  setFilter(GL_TEXTURE_3D, GL_LINEAR);
-  try {
-    gl::checkErrors("the allocation of a block's texture");
-  } catch (...) {
-    volume.reset();
-    throw;
-  }
-  volumeSize = size;
-}
-
-void Marcher::Impl::uploadSlabs(const FillSlab& fill) {
-  const gl::Functions& f = gl::functions();
-  const auto [nx, ny, nz] = volumeSize;
-  const std::size_t layer = std::size_t(nx) * std::size_t(ny);
-  const int depth =
-      int(std::clamp<std::size_t>(kStagingBytes / (layer * sizeof(float)), 1, std::size_t(nz)));
-  std::vector<float> staging(layer * std::size_t(depth));
-  hasGaps = false;
-  volume->bind(kVolumeUnit);
-  f.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  for (int z = 0; z < nz; z += depth) {
-    const int end = std::min(nz, z + depth);
-    Stopwatch watch;
-    fill(z, end, staging.data());
-    hasGaps = hasGaps || anyNotFinite(staging.data(), layer * std::size_t(end - z));
-    times.fill += watch.lap();
-    f.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, z, nx, ny, end - z, GL_RED, GL_FLOAT, staging.data());
-    times.upload += watch.lap();
-  }
-  gl::checkErrors("the upload of a block");
-}
-
-gl::Program& Marcher::Impl::program(const MarchRequest& request,
-                                    const std::array<MarchAxis, 3>& axes, const BaseTable* base) {
+gl::Program& Marcher::Impl::program(const MarchRequest& request, const Setup& setup, bool quiet) {
   const int layers = int(request.isovalues.size());
   Defines defines = {{"INTERVALS", std::to_string(request.partition.intervals())},
                      {"LAYERS", std::to_string(layers)},
@@ -284,12 +239,14 @@ gl::Program& Marcher::Impl::program(const MarchRequest& request,
   flag("MIP", request.mip);
   flag("REFERENCE", request.reference);
   flag("PHONG", request.reference && request.phong);
-  flag("BASE", base != nullptr);
-  flag("PIECES", base != nullptr && base->pieces);
-  flag("GAPS", hasGaps);
-  flag("AXIS_X", !axes[0].even);
-  flag("AXIS_Y", !axes[1].even);
-  flag("AXIS_Z", !axes[2].even);
+  flag("BASE", setup.base.has_value());
+  flag("PIECES", setup.base && setup.base->pieces);
+  flag("GAPS", volume.hasGaps());
+  flag("QUIET", quiet);
+  if (setup.skips && !quiet) defines.push_back({"SKIP", std::to_string(BrickGrid::kCells)});
+  flag("AXIS_X", !setup.axes[0].even);
+  flag("AXIS_Y", !setup.axes[1].even);
+  flag("AXIS_Z", !setup.axes[2].even);
   flag("FILTER", ownFilter);
 
   std::string key;
@@ -297,13 +254,14 @@ gl::Program& Marcher::Impl::program(const MarchRequest& request,
   const auto found = programs.find(key);
   if (found != programs.end()) return found->second;
   std::string source(embedded::march_field_glsl);
-  if (base != nullptr) source += embedded::march_base_glsl;
+  if (setup.base) source += embedded::march_base_glsl;
   source += embedded::march_glsl;
   return programs.emplace(key, gl::Program({{GL_COMPUTE_SHADER, source}}, defines)).first->second;
 }
 
 void Marcher::Impl::setUniforms(const gl::Program& program, const MarchRequest& request,
-                                const MarchFrame& frame, const std::array<MarchAxis, 3>& axes) {
+                                const Setup& setup) {
+  const auto& [frame, axes, base, edges, bricks, skips] = setup;
   const gl::Functions& f = gl::functions();
   program.use();
   const auto at = [&](const char* name) { return program.uniform(name); };
@@ -311,29 +269,37 @@ void Marcher::Impl::setUniforms(const gl::Program& program, const MarchRequest& 
     f.Uniform3fv(at(name), 1, glm::value_ptr(v));
   };
   f.Uniform1i(at("volume"), kVolumeUnit);
-  f.Uniform3i(at("nodeCount"), volumeSize[0], volumeSize[1], volumeSize[2]);
+  const auto nodeCount = volume.grid().size();
+  f.Uniform3i(at("nodeCount"), nodeCount[0], nodeCount[1], nodeCount[2]);
   glm::vec3 from, textureOrigin, guesses[3];
+  glm::vec3 brickLow, brickWidth;
   const char* const nodeNames[3] = {"nodesX", "nodesY", "nodesZ"};
   for (int i = 0; i < 3; ++i) {
     from[i] = axes[std::size_t(i)].textureFromLocal;
     textureOrigin[i] = axes[std::size_t(i)].textureOrigin;
     guesses[i] = axes[std::size_t(i)].guess;
     f.Uniform1i(at(nodeNames[i]), kNodesUnit + i);
+    brickLow[i] = axes[std::size_t(i)].nodeAt(0);
+    brickWidth[i] = axes[std::size_t(i)].nodeAt(BrickGrid::kCells) - brickLow[i];
   }
+  const auto brickCount = volume.bricks().size();
+  f.Uniform1i(at("bricks"), kBricksUnit);
+  f.Uniform3i(at("lastBrick"), brickCount[0] - 1, brickCount[1] - 1, brickCount[2] - 1);
+  vec3("brickLow", brickLow);
+  vec3("brickWidth", brickWidth);
   vec3("textureFromLocal", from);
   vec3("textureOrigin", textureOrigin);
   f.Uniform3fv(at("guesses"), 3, glm::value_ptr(guesses[0]));
 
   const MarchRays rays(frame, request.camera, request.size);
-  f.Uniform1i(at("channels"), request.partition.channels());
   f.Uniform2i(at("size"), request.size.width, request.size.height);
   f.Uniform3fv(at("originAt"), 3, glm::value_ptr(rays.origin[0]));
   f.Uniform3fv(at("directionAt"), 3, glm::value_ptr(rays.direction[0]));
   f.Uniform1f(at("firstDepth"), rays.firstDepth);
-  vec3("boxLow", frame.localFromWorld(grid.owned.low));
-  vec3("boxHigh", frame.localFromWorld(grid.owned.high));
+  vec3("boxLow", frame.localFromWorld(volume.grid().owned.low));
+  vec3("boxHigh", frame.localFromWorld(volume.grid().owned.high));
   vec3("domainHigh", frame.localFromWorld(request.domain.high));
-  f.Uniform1f(at("stepDepth"), float(marchStep(request, grid) / frame.scale));
+  f.Uniform1f(at("stepDepth"), float(marchStep(request, volume.grid()) / frame.scale));
   f.Uniform1f(at("depthOrigin"), float(frame.depthOrigin));
   f.Uniform1f(at("scale"), float(frame.scale));
   const glm::mat3 eye(request.camera.eyeFromWorld());
@@ -343,6 +309,14 @@ void Marcher::Impl::setUniforms(const gl::Program& program, const MarchRequest& 
   for (double v : request.isovalues) isovalues.push_back(float(request.partition.normalised(v)));
   if (!isovalues.empty()) {
     f.Uniform1fv(at("isovalues"), GLsizei(isovalues.size()), isovalues.data());
+  }
+  f.Uniform2fv(at("edges"), GLsizei(edges.size()), glm::value_ptr(edges[0]));
+  if (base) {
+    f.Uniform1i(at("base"), kBaseUnit);
+    f.Uniform1i(at("baseColor"), kBaseColorUnit);
+    f.Uniform2f(at("baseCells"), base->cellsPerValue, base->cellOfZero);
+    f.Uniform1f(at("baseLast"), base->lastCell);
+    f.Uniform1f(at("baseColorRate"), base->colorRate);
   }
 }
 
@@ -370,7 +344,10 @@ void Marcher::Impl::readBand(const MarchRequest& request, int firstRow, int rows
   reader.take(image.runs);
   reader.take(image.attenuation);
   reader.take(image.transmittance);
-  reader.take(image.depth);
+  for (std::size_t m = 0; m < request.isovalues.size(); ++m) {
+    reader.take(m, image.depth,
+                [](float z) { return z == 0.0f ? std::numeric_limits<float>::infinity() : z; });
+  }
   reader.take(image.normal);
   if (!image.mip.empty()) {
     reader.take(0, image.mip, [&](float v) {
@@ -382,7 +359,7 @@ void Marcher::Impl::readBand(const MarchRequest& request, int firstRow, int rows
   f.UnmapBuffer(GL_SHADER_STORAGE_BUFFER);
 }
 
-void Marcher::Impl::marchBands(const gl::Program& program, const MarchRequest& request,
+void Marcher::Impl::marchBands(std::span<const Pass> passes, const MarchRequest& request,
                                RayImage& image) {
   const gl::Functions& f = gl::functions();
   const auto [width, height] = request.size;
@@ -396,58 +373,60 @@ void Marcher::Impl::marchBands(const gl::Program& program, const MarchRequest& r
                GL_STREAM_READ);
   f.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, planes->id());
   for (int row = 0; row < height; row += rows) {
-    Stopwatch watch;
+    const Stopwatch marching;
     const int count = std::min(rows, height - row);
-    f.Uniform2i(program.uniform("band"), row, count);
     f.ClearBufferData(GL_SHADER_STORAGE_BUFFER, GL_R32F, GL_RED, GL_FLOAT, nullptr);
-    f.DispatchCompute(GLuint((width + kTile - 1) / kTile), GLuint((count + kTile - 1) / kTile), 1);
+    for (const Pass& pass : passes) pass.run(row, count);
+    f.BindBuffer(GL_SHADER_STORAGE_BUFFER, planes->id());
     f.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     f.Finish();
-    times.march += watch.lap();
+    times.march += marching.seconds();
+    const Stopwatch reading;
     readBand(request, row, count, image);
-    times.readBack += watch.lap();
+    times.readBack += reading.seconds();
   }
   gl::checkErrors("a march");
 }
 
 RayImage Marcher::Impl::march(const MarchRequest& request) {
-  Stopwatch watch;
+  const Stopwatch clearing;
   RayImage image = emptyImage(request);
-  times.readBack += watch.lap();
+  times.readBack += clearing.seconds();
+  const BlockGrid& grid = volume.grid();
   if (grid.empty()) return image;
-
+  const Stopwatch preparing;
   const gl::Functions& f = gl::functions();
-  const MarchFrame frame(request.domain, request.camera);
-  const std::array<MarchAxis, 3> axes = {MarchAxis(grid.nodes[0], frame.centre.x, frame.scale),
-                                         MarchAxis(grid.nodes[1], frame.centre.y, frame.scale),
-                                         MarchAxis(grid.nodes[2], frame.centre.z, frame.scale)};
-  std::optional<BaseTable> base;
-  if (request.attenuation || request.reference) {
-    base.emplace(request.base, request.partition, frame.scale);
-  }
-  gl::Program& program = this->program(request, axes, base ? &*base : nullptr);
-  setUniforms(program, request, frame, axes);
+  const Setup setup(request, volume);
+  const TilePlan plan(volume.bricks(), setup.bricks, grid, setup.frame, request);
 
   std::vector<gl::Texture> tables;
   for (int i = 0; i < 3; ++i) {
-    const MarchAxis& axis = axes[std::size_t(i)];
+    const MarchAxis& axis = setup.axes[std::size_t(i)];
     if (!axis.even) tables.push_back(makeTable(kNodesUnit + i, axis.width, axis.texels));
   }
   std::vector<BufferTable> baseTables;
-  if (base) {
-    baseTables.emplace_back(kBaseUnit, base->cells);
-    baseTables.emplace_back(kBaseColorUnit, base->colors);
-    f.Uniform1i(program.uniform("base"), kBaseUnit);
-    f.Uniform1i(program.uniform("baseColor"), kBaseColorUnit);
-    f.Uniform2f(program.uniform("baseCells"), base->cellsPerValue, base->cellOfZero);
-    f.Uniform1f(program.uniform("baseLast"), base->lastCell);
-    f.Uniform1f(program.uniform("baseColorRate"), base->colorRate);
+  if (setup.base) {
+    baseTables.emplace_back(kBaseUnit, setup.base->cells);
+    baseTables.emplace_back(kBaseColorUnit, setup.base->colors);
   }
-  const auto edges = channelEdges(request.partition, base ? &*base : nullptr);
-  f.Uniform2fv(program.uniform("edges"), GLsizei(edges.size()), glm::value_ptr(edges[0]));
-  volume->bind(kVolumeUnit);
-  times.march += watch.lap();
-  marchBands(program, request, image);
+  std::optional<BrickTexture> brickTexture;
+  if (setup.skips) brickTexture.emplace(volume.bricks(), setup.bricks);
+  volume.bind();
+
+  std::vector<Pass> passes;
+  if (!plan.marched.empty()) {
+    passes.emplace_back(program(request, setup, false), plan.marched);
+    setUniforms(passes.back().program, request, setup);
+  }
+  if (!plan.quiet.empty()) {
+    passes.emplace_back(program(request, setup, true), plan.quiet);
+    const gl::Program& quiet = passes.back().program;
+    setUniforms(quiet, request, setup);
+    f.Uniform1i(quiet.uniform("backgroundChannel"), plan.background->channel);
+    f.Uniform1f(quiet.uniform("backgroundHigh"), plan.background->high);
+  }
+  times.march += preparing.seconds();
+  marchBands(passes, request, image);
   return image;
 }
 
@@ -455,18 +434,12 @@ Marcher::Marcher(std::shared_ptr<gl::Device> device, bool ownFilter)
     : impl_(std::make_unique<Impl>(std::move(device), ownFilter)) {}
 Marcher::~Marcher() = default;
 
-void Marcher::upload(const BlockGrid& grid, const FillSlab& fill) {
-  impl_->times.fill = impl_->times.upload = 0.0;
-  impl_->grid = BlockGrid{};
-  if (!grid.empty()) {
-    impl_->device->run([&] {
-      Stopwatch watch;
-      impl_->allocate(grid);
-      impl_->times.upload += watch.lap();
-      impl_->uploadSlabs(fill);
-    });
-  }
-  impl_->grid = grid;
+void Marcher::upload(const BlockGrid& grid, const FillSlab& fill, int threads) {
+  Times& times = impl_->times;
+  times.fill = times.upload = 0.0;
+  impl_->device->run([&] {
+    impl_->volume.upload(grid, fill, impl_->device->info().maxTexture3D, threads, times);
+  });
 }
 
 RayImage Marcher::march(const MarchRequest& request) {

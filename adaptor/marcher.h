@@ -23,8 +23,9 @@ class Marcher {
   /// the device's thread (a clean floating-point environment, signals blocked); may throw.
   using FillSlab = std::function<void(int z0, int z1, float* out)>;
 
-  /// Uploads a block, slab by slab, replacing the one before. Throws Gl when it does not fit.
-  void upload(const BlockGrid& grid, const FillSlab& fill);
+  /// Uploads a block, slab by slab, replacing the one before; `threads` look for what a march can
+  /// pass over. Throws Gl when it does not fit.
+  void upload(const BlockGrid& grid, const FillSlab& fill, int threads = 1);
   /// Marches the uploaded block. Throws Gl or InvalidArgument.
   RayImage march(const MarchRequest& request);
 
@@ -35,6 +36,8 @@ class Marcher {
   const Times& times() const;
 
  private:
+  struct Setup;
+  struct Pass;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -104,10 +104,12 @@ void StepMarcher::upload(const StepFrame& frame, const StepField& field, int blo
   uploaded_ = -1;
   const auto reader = readerOf(field.plan, frame.blocks->at(block));
   const auto& partition = field.classification.partition;
-  marcher_.upload(frame.blocks->marchGrid(block, field.plan.location),
-                  [&](int z0, int z1, float* out) {
-                    fillNormalised(reader, partition.low(), partition.high(), z0, z1, out, threads);
-                  });
+  marcher_.upload(
+      frame.blocks->marchGrid(block, field.plan.location),
+      [&](int z0, int z1, float* out) {
+        fillNormalised(reader, partition.low(), partition.high(), z0, z1, out, threads);
+      },
+      threads);
   uploaded_ = block;
   times.ingest += marcher_.times().fill;
   times.upload += marcher_.times().upload;

@@ -26,7 +26,7 @@ namespace vestige {
 namespace {
 
 /// Deflate's level: see docs/archive-format.md, "Compression".
-constexpr int kZipLevel = 4;
+constexpr int kZipLevel = 3;
 
 class MemoryStream : public Imf::OStream {
  public:

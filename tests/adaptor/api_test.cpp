@@ -177,18 +177,18 @@ TEST(Session, DeepPartsOfAnArchiveSplitIntoBlocksAreThoseOfTheWhole) {
     const auto a = whole.open(row).image(), b = split.open(*other).image();
     EXPECT_EQ(a.header.statistics.histogram, b.header.statistics.histogram);
     EXPECT_EQ(a.header.statistics.count, b.header.statistics.count);
+    const double domain = std::max(1.0, a.header.domain.diagonal());
     for (const auto& part : a.parts) {
       for (const auto& channel : part.channels) {
         const auto& theirs = b.channel(part.name, channel.name).values;
         int far = 0;
+        // Storage rounds: equal marches may end one step apart.
+        const double step = 2.0 * part.error + 1e-5 * domain;
         for (std::size_t i = 0; i < channel.values.size(); ++i) {
           const float x = channel.values[i], y = theirs[i];
-          // Storage rounds: equal marches may end one step apart.
-          const double step = 2.0 * part.error + 0.01;
           if (!(std::abs(x - y) <= step || x == y || (std::isnan(x) && std::isnan(y)))) ++far;
         }
-        EXPECT_LE(far, int(channel.values.size() / 100))
-            << row.proxy << " " << part.name << " " << channel.name;
+        EXPECT_EQ(far, 0) << row.proxy << " " << part.name << " " << channel.name;
       }
     }
   }

@@ -22,6 +22,8 @@ namespace {
 constexpr double kPlainJump = 3.0;
 /// ... and by this many when normals are derived from it.
 constexpr double kDeriveJump = 6.0;
+/// Stretched surface spans gaps up to this share of the domain's diagonal.
+constexpr double kLongestGap = 0.05;
 constexpr float kNothing = 1e30f;
 
 /// World units a pixel (at depth 1 for perspective), whether it grows with depth, and a jump.
@@ -176,6 +178,7 @@ WarpedView LayerPass::warp(const LayerTextures& layers, const gl::Texture& color
   gl.UniformMatrix4fv(warp.uniform("worldFromEye"), 1, GL_FALSE, glm::value_ptr(worldFromEye));
   const glm::vec3 low(layers.domain.low), high(layers.domain.high);
   gl.Uniform3fv(warp.uniform("domainLow"), 1, glm::value_ptr(low));
+  gl.Uniform1f(warp.uniform("longestGap"), float(kLongestGap * layers.domain.diagonal()));
   gl.Uniform3fv(warp.uniform("domainHigh"), 1, glm::value_ptr(high));
   gl.UniformMatrix4fv(warp.uniform("clipFromEye"), 1, GL_FALSE, glm::value_ptr(clipFromEye));
   const glm::vec4 planarDepth(-glm::row(eyeFromEye, 2));

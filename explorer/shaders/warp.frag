@@ -14,8 +14,10 @@ uniform vec3 unproject;
 uniform bool lit;
 uniform int part;  // as in warp.vert
 uniform int layer;
+uniform float longestGap;        // a longer stretch would draw what is not there
 
 flat in ivec2 ownPixel;
+flat in float gap;
 in vec2 sourcePixel;
 in float newDepth;
 
@@ -35,7 +37,7 @@ vec4 litColor(ivec2 pixel) {
 const float kVisible = 1.0 / 255.0;
 
 void main() {
-  if (part == 2) {  // may hold anything, if the layer can be seen at all
+  if (part == 2 || gap > longestGap) {  // may hold anything, if the layer can be seen at all
     if (texelFetch(colors, ivec3(ownPixel, layer), 0).a <= kVisible) discard;
     color = vec4(0.0);
     position = vec4(newDepth, 1.0, 1.0, 1.0);

@@ -21,6 +21,7 @@ uniform mat4 worldFromEye;   // of the layers' camera; with the domain, for unse
 uniform vec3 domainLow, domainHigh;
 
 flat out ivec2 ownPixel;
+flat out float gap;          // depth that a stretched triangle spans
 out vec2 sourcePixel;        // in units of pixels, 0 at the centre of the first
 out float newDepth;
 
@@ -92,6 +93,7 @@ void placeTornCorner(int quad, int which, bool second) {
     torn = high - low > jump;
   }
   ownPixel = mine;
+  gap = high - low;
   place(torn, vec2(mine), which == 0 ? za : which == 1 ? zb : zc);
 }
 
@@ -136,6 +138,7 @@ void main() {
   int quad = gl_VertexID / corners, vertex = gl_VertexID - corners * quad;
   int side = vertex / 6;
   vertex -= 6 * side;
+  gap = 0.0;
   bool second = vertex >= 3;
   int which = vertex - (second ? 3 : 0);
   if (part == 2) {

@@ -5,21 +5,15 @@
 
 #include <map>
 
-#include "adaptor/stopwatch.h"
-#include "proxy/exr_file.h"
-#include "proxy/png_file.h"
-
 namespace vestige {
 
-DryRunReport dryRunReport(const StepFrame& frame, const std::vector<StepProxy>& proxies,
+DryRunReport dryRunReport(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,
                           const StepTimes& times) {
-  const Stopwatch watch;
   std::map<std::pair<std::string, std::string>, std::size_t> bytes;
   std::size_t sum = 0;
   for (const auto& proxy : proxies) {
-    const std::size_t previewed = proxy.preview.rgba.empty() ? 0 : encodePng(proxy.preview).size();
-    const std::size_t size = encodeExr(proxy.image).size() + previewed;
-    bytes[{proxy.image.header.field, proxy.image.header.kind}] += size;
+    const std::size_t size = proxy.exr.size() + proxy.png.size();
+    bytes[{proxy.field, proxy.kind}] += size;
     sum += size;
   }
   std::size_t fieldBytes = 0;
@@ -33,8 +27,7 @@ DryRunReport dryRunReport(const StepFrame& frame, const std::vector<StepProxy>& 
   report.sentences.push_back(fmt::format(
       "dry run: a step takes {:.3f} s without writing ({:.3f} ingest, {:.3f} upload, {:.3f} march, "
       "{:.3f} read-back, {:.3f} encoding) and {} bytes, {:.1f} % of the {} bytes of shared fields",
-      times.sum() + watch.seconds(), times.ingest, times.upload, times.march, times.readBack,
-      times.encode + watch.seconds(), sum,
+      times.sum(), times.ingest, times.upload, times.march, times.readBack, times.encode, sum,
       fieldBytes ? 100.0 * double(sum) / double(fieldBytes) : 0.0, fieldBytes));
   for (const auto& [key, size] : bytes) {
     report.sentences.push_back(fmt::format("dry run: field '{}', proxy '{}': {} bytes in {} views",

@@ -15,8 +15,8 @@ struct DryRunReport {
   std::vector<std::string> sentences;  ///< one for the step, one for each proxy of each field
 };
 
-/// Found by encoding a step that has been made, in memory.
-DryRunReport dryRunReport(const StepFrame& frame, const std::vector<StepProxy>& proxies,
+/// Of a step that has been made and not written.
+DryRunReport dryRunReport(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,
                           const StepTimes& times);
 
 }  // namespace vestige

@@ -174,7 +174,7 @@ void Session::store(const StepFrame& frame, Fields& fields, StepTimes& times) {
     log_.warning(fmt::format("the blocks cover {:.1f} % of the domain; the rest is empty space",
                              100.0 * coverage));
   }
-  std::vector<StepProxy> proxies;
+  std::vector<EncodedProxy> proxies;
   std::map<std::string, IntervalPartition> toFreeze;
   for (const auto& plan : fields.plans) {
     const auto& statistics = statisticsOf(fields, plan.name, times);
@@ -191,26 +191,24 @@ void Session::store(const StepFrame& frame, Fields& fields, StepTimes& times) {
   for (auto& [name, frozen] : toFreeze) frozen_.try_emplace(name, std::move(frozen));
 }
 
-std::uint64_t Session::write(const StepFrame& frame, const std::vector<StepProxy>& proxies,
+std::uint64_t Session::write(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,
                              StepTimes& times) {
-  std::vector<ArchiveWriter::Entry> entries;
-  for (const auto& proxy : proxies) {
-    entries.push_back({&proxy.image, config_.previews ? &proxy.preview : nullptr});
-  }
-  const auto written = writer_->writeStep(entries);
-  times.encode += written.encodeSeconds;
-  times.write += written.writeSeconds;
+  const Stopwatch watch;
+  writer_->writeStep(proxies);
+  times.write += watch.seconds();
+  std::uint64_t bytes = 0;
+  for (const auto& proxy : proxies) bytes += proxy.exr.size() + proxy.png.size();
   try {
     appendTimings(writer_->directory() / kTimingsFile,
-                  timingsLine(frame.cycle, frame.time, times, peakMemory(), written.bytes));
+                  timingsLine(frame.cycle, frame.time, times, peakMemory(), bytes));
   } catch (const std::exception& error) {
     // The step itself is safe on disk.
     log_.warning(fmt::format("cycle {} has no line in timings.csv: {}", frame.cycle, error.what()));
   }
-  return written.bytes;
+  return bytes;
 }
 
-void Session::finishStep(const StepFrame& frame, const std::vector<StepProxy>& proxies,
+void Session::finishStep(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,
                          StepTimes& times) {
   if (config_.dryRun) {
     auto report = dryRunReport(frame, proxies, times);

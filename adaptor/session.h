@@ -55,9 +55,10 @@ class Session {
   Classification classificationOf(const PlannedField& plan, const FieldStatistics& statistics,
                                   double referenceLength) const;
   void store(const StepFrame& frame, Fields& fields, StepTimes& times);
-  std::uint64_t write(const StepFrame& frame, const std::vector<StepProxy>& proxies,
+  std::uint64_t write(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,
                       StepTimes& times);
-  void finishStep(const StepFrame& frame, const std::vector<StepProxy>& proxies, StepTimes& times);
+  void finishStep(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,
+                  StepTimes& times);
   void warnOf(const StepField& field);
 
   Config config_;

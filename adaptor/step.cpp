@@ -7,6 +7,8 @@
 #include "adaptor/adaptor_error.h"
 #include "adaptor/preview.h"
 #include "adaptor/stopwatch.h"
+#include "proxy/exr_threads.h"
+#include "proxy/png_file.h"
 #include "proxy/proxy_layout.h"
 
 namespace vestige {
@@ -53,14 +55,17 @@ ProxyHeader headerFor(const Config& config, const StepFrame& frame, const StepFi
   return header;
 }
 
-std::vector<StepProxy> pack(const Config& config, const ProxyHeader& header, const RayImage& rays,
-                            const Classification& classification, int threads) {
-  std::vector<StepProxy> proxies;
+std::vector<EncodedProxy> pack(const Config& config, const ProxyHeader& header,
+                               const RayImage& rays, const Classification& classification,
+                               int threads) {
+  std::vector<EncodedProxy> proxies;
   const PreviewStyle style{config.background, config.transparentBackground, threads};
-  const auto add = [&](ProxyImage image) {
-    auto picture =
-        config.previews ? preview(image.header.kind, rays, classification, style) : Raster{};
-    proxies.push_back({std::move(image), std::move(picture)});
+  std::vector<Raster> pictures;
+  const auto add = [&](const ProxyImage& image) {
+    if (config.previews) {
+      pictures.push_back(preview(image.header.kind, rays, classification, style));
+    }
+    proxies.push_back(encodeProxy(image));
   };
   if (config.attenuation) {
     add(attenuationImage(header, rays.attenuation, rays.transmittance));
@@ -75,6 +80,9 @@ std::vector<StepProxy> pack(const Config& config, const ProxyHeader& header, con
   }
   if (config.mip) add(mipImage(header, rays.mip));
   if (config.reference) add(referenceImage(header, rays.reference, rays.transmittance));
+  forEachOnExrThreads(int(pictures.size()), [&](int i) {
+    proxies[std::size_t(i)].png = encodePng(pictures[std::size_t(i)]);
+  });
   return proxies;
 }
 
@@ -83,10 +91,10 @@ std::vector<StepProxy> pack(const Config& config, const ProxyHeader& header, con
 StepMarcher::StepMarcher(const Config& config, std::shared_ptr<gl::Device> device)
     : config_(config), marcher_(std::move(device)) {}
 
-std::vector<StepProxy> StepMarcher::march(const StepFrame& frame, const StepField& field,
-                                          int threads, StepTimes& times) {
+std::vector<EncodedProxy> StepMarcher::march(const StepFrame& frame, const StepField& field,
+                                             int threads, StepTimes& times) {
   uploaded_ = -1;
-  std::vector<StepProxy> proxies;
+  std::vector<EncodedProxy> proxies;
   for (const auto& view : frame.views) {
     const RayImage rays = marchView(frame, field, view, threads, times);
     const Stopwatch watch;

@@ -8,8 +8,7 @@
 #include "adaptor/classification.h"
 #include "adaptor/marcher.h"
 #include "adaptor/timings.h"
-#include "proxy/proxy_image.h"
-#include "proxy/raster.h"
+#include "proxy/archive.h"
 #include "proxy/view_set.h"
 
 namespace vestige {
@@ -41,9 +40,9 @@ class StepMarcher {
  public:
   StepMarcher(const Config& config, std::shared_ptr<gl::Device> device);
 
-  /// Adds its seconds to `times`.
-  std::vector<StepProxy> march(const StepFrame& frame, const StepField& field, int threads,
-                               StepTimes& times);
+  /// View by view, of which only the encoded proxies are kept. Adds its seconds to `times`.
+  std::vector<EncodedProxy> march(const StepFrame& frame, const StepField& field, int threads,
+                                  StepTimes& times);
 
  private:
   void upload(const StepFrame& frame, const StepField& field, int block, int threads,

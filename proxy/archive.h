@@ -36,6 +36,18 @@ void validateName(const char* what, const std::string& name);
 
 enum class ExistingArchive { Refuse, Append, Overwrite };
 
+/// A proxy as it lies in an archive.
+struct EncodedProxy {
+  double time;
+  long cycle;
+  std::string view, field, kind;
+  std::vector<std::byte> exr;
+  std::vector<std::byte> png;  ///< of the preview; empty = none
+};
+/// Throws InvalidArgument when no table can hold the proxy's names, time or cycle, and as encodeExr
+/// and encodePng.
+EncodedProxy encodeProxy(const ProxyImage& image, const Raster* preview = nullptr);
+
 /// Writes an archive, step by step; a step is in the table whole or not at all, and any prefix of
 /// the history of writes opens cleanly. One writer at a time: it holds an advisory lock on the
 /// folder. Not thread-safe.
@@ -50,16 +62,6 @@ class ArchiveWriter {
   ArchiveWriter(const ArchiveWriter&) = delete;
   ArchiveWriter& operator=(const ArchiveWriter&) = delete;
 
-  /// A proxy and its preview, or nullptr, to be written with the step.
-  struct Entry {
-    const ProxyImage* image;
-    const Raster* preview;
-  };
-  struct Written {
-    std::uint64_t bytes = 0;
-    double encodeSeconds = 0.0;
-    double writeSeconds = 0.0;
-  };
   /// Writes the files of one step, all of one cycle that is later than those written before, and
   /// then its rows in one append. Rows of the same or later cycles from before an Append are
   /// superseded: the table is replaced by one without them and with the new step, then their files
@@ -67,7 +69,7 @@ class ArchiveWriter {
   /// table, its files are removed, and the next step may be tried. When the directory or its table
   /// vanished, the step fails with Io and the next one starts the table anew, with the rows whose
   /// files are still there.
-  Written writeStep(const std::vector<Entry>& entries);
+  void writeStep(const std::vector<EncodedProxy>& proxies);
 
   const std::filesystem::path& directory() const { return directory_; }
 
@@ -75,7 +77,7 @@ class ArchiveWriter {
   void takeOver(ExistingArchive policy);
   void recover();
   bool intact() const;
-  std::vector<ArchiveRow> newRows(const std::vector<Entry>& entries) const;
+  std::vector<ArchiveRow> newRows(const std::vector<EncodedProxy>& proxies) const;
   void publish(const std::vector<ArchiveRow>& rows);
   void writeTable(const std::vector<ArchiveRow>& rows) const;
 

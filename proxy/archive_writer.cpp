@@ -66,6 +66,23 @@ void removeUnfinished(const fs::path& directory, const std::vector<ArchiveRow>& 
 
 }  // namespace
 
+EncodedProxy encodeProxy(const ProxyImage& image, const Raster* preview) {
+  const ProxyHeader& h = image.header;
+  validateName("view", h.view);
+  validateName("field", h.field);
+  validateName("proxy", h.kind);
+  if (!std::isfinite(h.time) || h.cycle < 0)
+    throw Error(ErrorCode::InvalidArgument,
+                fmt::format("a step at time {} and cycle {} cannot be stored", h.time, h.cycle));
+  return {h.time,
+          h.cycle,
+          h.view,
+          h.field,
+          h.kind,
+          encodeExr(image),
+          preview ? encodePng(*preview) : std::vector<std::byte>{}};
+}
+
 ArchiveWriter::ArchiveWriter(fs::path directory, ExistingArchive policy)
     : directory_(fs::absolute(directory)) {
   createFoldersDurably(directory_);
@@ -137,28 +154,20 @@ void ArchiveWriter::writeTable(const std::vector<ArchiveRow>& rows) const {
   writeDurably(directory_ / kTableName, std::as_bytes(std::span(text.data(), text.size())));
 }
 
-std::vector<ArchiveRow> ArchiveWriter::newRows(const std::vector<Entry>& entries) const {
+std::vector<ArchiveRow> ArchiveWriter::newRows(const std::vector<EncodedProxy>& proxies) const {
   std::vector<ArchiveRow> rows;
   std::set<std::string> stems;
-  for (const Entry& entry : entries) {
-    if (!entry.image) throw Error(ErrorCode::InvalidArgument, "an entry of a step has no image");
-    const ProxyHeader& h = entry.image->header;
-    validateName("view", h.view);
-    validateName("field", h.field);
-    validateName("proxy", h.kind);
-    if (!std::isfinite(h.time) || h.cycle < 0)
-      throw Error(ErrorCode::InvalidArgument,
-                  fmt::format("a step at time {} and cycle {} cannot be stored", h.time, h.cycle));
-    const ProxyHeader& first = entries.front().image->header;
-    if (h.cycle != first.cycle || h.time != first.time)
+  const EncodedProxy& first = proxies.front();
+  for (const EncodedProxy& p : proxies) {
+    if (p.cycle != first.cycle || p.time != first.time)
       throw Error(ErrorCode::InvalidArgument,
                   fmt::format("one step has cycles {} and {} or times {} and {}", first.cycle,
-                              h.cycle, first.time, h.time));
-    rows.push_back({h.time, h.cycle, h.view, h.field, h.kind, {}, {}});
-    if (!stems.insert(stemFor(h.cycle, h.view, h.field, h.kind, 1)).second)
+                              p.cycle, first.time, p.time));
+    rows.push_back({p.time, p.cycle, p.view, p.field, p.kind, {}, {}});
+    if (!stems.insert(stemFor(p.cycle, p.view, p.field, p.kind, 1)).second)
       throw Error(ErrorCode::InvalidArgument,
-                  fmt::format("one step has the {} proxy of field '{}' in view '{}' twice", h.kind,
-                              h.field, h.view));
+                  fmt::format("one step has the {} proxy of field '{}' in view '{}' twice", p.kind,
+                              p.field, p.view));
   }
   long cycle = rows.front().cycle;
   if (rows_.size() > earlier_ && cycle <= rows_.back().cycle)
@@ -174,7 +183,7 @@ std::vector<ArchiveRow> ArchiveWriter::newRows(const std::vector<Entry>& entries
     ArchiveRow& row = rows[i];
     std::string stem = stemFor(row.cycle, row.view, row.field, row.proxy, generation);
     row.exr = stem + ".exr";
-    row.png = entries[i].preview ? stem + ".png" : row.exr;
+    row.png = !proxies[i].png.empty() ? stem + ".png" : row.exr;
   }
   return rows;
 }
@@ -203,40 +212,21 @@ void ArchiveWriter::publish(const std::vector<ArchiveRow>& rows) {
   removeInside(directory_, filesOf(dropped));
 }
 
-ArchiveWriter::Written ArchiveWriter::writeStep(const std::vector<Entry>& entries) try {
-  Written written;
-  if (entries.empty()) return written;
+void ArchiveWriter::writeStep(const std::vector<EncodedProxy>& proxies) try {
+  if (proxies.empty()) return;
   if (lost_) recover();
   if (!intact())
     throw Error(ErrorCode::Io, "archive '" + directory_.string() +
                                    "' or its table was removed while it was being written");
-  std::vector<ArchiveRow> rows = newRows(entries);
+  const std::vector<ArchiveRow> rows = newRows(proxies);
   DurableBatch batch(directory_);
-  double now = secondsNow();
-  auto lap = [&now](double& seconds) {
-    const double before = std::exchange(now, secondsNow());
-    seconds += now - before;
-  };
-
-  ensureExrThreads();
-  std::vector<std::vector<std::byte>> pngs(entries.size());
-  forEachOnExrThreads(int(entries.size()), [&](int i) {
-    const Raster* preview = entries[std::size_t(i)].preview;
-    if (preview) pngs[std::size_t(i)] = encodePng(*preview);
-  });
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    std::vector<std::byte> exr = encodeExr(*entries[i].image);
-    lap(written.encodeSeconds);
-    batch.add(rows[i].exr, exr);
-    if (rows[i].hasPreview()) batch.add(rows[i].png, pngs[i]);
-    written.bytes += exr.size() + pngs[i].size();
-    lap(written.writeSeconds);
+  for (std::size_t i = 0; i < proxies.size(); ++i) {
+    batch.add(rows[i].exr, proxies[i].exr);
+    if (rows[i].hasPreview()) batch.add(rows[i].png, proxies[i].png);
   }
   batch.place();
   publish(rows);
   batch.keep();
-  lap(written.writeSeconds);
-  return written;
 } catch (...) {
   lost_ = !intact();
   throw;

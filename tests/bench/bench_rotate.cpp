@@ -58,8 +58,7 @@ std::shared_ptr<const Archive> archiveOf(const RayImage& rays, const MarchReques
   header.statistics.low = request.partition.low();
   header.statistics.high = request.partition.high();
   const ProxyImage image = depthImage(header, rays.depth, rays.normal);
-  const Raster preview{kSize, std::vector<std::uint8_t>(4 * kSize.pixels(), 255)};
-  ArchiveWriter(folder, ExistingArchive::Overwrite).writeStep({{&image, &preview}});
+  ArchiveWriter(folder, ExistingArchive::Overwrite).writeStep({encodeProxy(image)});
   return std::make_shared<const Archive>(folder);
 }
 

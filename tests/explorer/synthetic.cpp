@@ -249,13 +249,13 @@ void writeArchive(const std::filesystem::path& directory, ImageSize size, int cy
     std::vector<ProxyImage> images{lengthProxy(size), attenuationProxy(size),
                                    depthProxy(size, {0.3, 0.5, 0.7}), mipProxy(size),
                                    referenceProxy(size)};
-    std::vector<ArchiveWriter::Entry> entries;
+    std::vector<EncodedProxy> proxies;
     for (ProxyImage& image : images) {
       image.header.cycle = 10 * step;
       image.header.time = 0.5 * step;
-      entries.push_back({&image, &preview});
+      proxies.push_back(encodeProxy(image, &preview));
     }
-    writer.writeStep(entries);
+    writer.writeStep(proxies);
   }
 }
 

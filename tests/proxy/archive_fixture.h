@@ -152,17 +152,17 @@ inline Raster someRaster(ImageSize size = {8, 6}) {
 }
 
 /// Writes a step of all five kinds.
-inline ArchiveWriter::Written writeStep(ArchiveWriter& writer, long cycle, double time,
-                                        const std::string& field = "temperature") {
+inline void writeStep(ArchiveWriter& writer, long cycle, double time,
+                      const std::string& field = "temperature") {
   ProxyHeader h = someHeader({12, 10});
   h.cycle = cycle;
   h.time = time;
   h.field = field;
   std::vector<ProxyImage> images = someImages(h, double(cycle));
   const Raster preview = someRaster(h.size);
-  std::vector<ArchiveWriter::Entry> entries;
-  for (const ProxyImage& image : images) entries.push_back({&image, &preview});
-  return writer.writeStep(entries);
+  std::vector<EncodedProxy> proxies;
+  for (const ProxyImage& image : images) proxies.push_back(encodeProxy(image, &preview));
+  writer.writeStep(proxies);
 }
 
 }  // namespace vestige::test

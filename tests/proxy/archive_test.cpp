@@ -14,10 +14,7 @@ TEST(Archive, WhatIsWrittenIsReadAndPassesTheCheck) {
   const fs::path path = folder / "deep/er/run.cdb";
   {
     ArchiveWriter writer(path, ExistingArchive::Refuse);
-    auto written = writeStep(writer, 0, 0.0);
-    EXPECT_GT(written.bytes, 1000u);
-    EXPECT_GE(written.encodeSeconds, 0.0);
-    EXPECT_GE(written.writeSeconds, 0.0);
+    writeStep(writer, 0, 0.0);
     writeStep(writer, 10, 0.25);
     writeStep(writer, 20, 1e20);
   }
@@ -80,9 +77,9 @@ TEST(Archive, FieldNamesThatLookAlikeAsFileNamesStayApart) {
     images.push_back(mipImage(h, Planes(h).mip));
   }
   const Raster preview = someRaster({12, 10});
-  std::vector<ArchiveWriter::Entry> entries;
-  for (const ProxyImage& image : images) entries.push_back({&image, &preview});
-  writer.writeStep(entries);
+  std::vector<EncodedProxy> proxies;
+  for (const ProxyImage& image : images) proxies.push_back(encodeProxy(image, &preview));
+  writer.writeStep(proxies);
   Archive archive(folder / "a.cdb");
   EXPECT_EQ(archive.fields(), names);
   for (const std::string& name : names)
@@ -107,16 +104,14 @@ TEST(Archive, NamesThatATableCannotHoldAreRefusedBeforeAnythingIsWritten) {
   image.header.cycle = 10;
   const Raster preview = someRaster({12, 10});
   expectError(ErrorCode::InvalidArgument, "cycles 10 and 11", [&] {
-    writer.writeStep({{&image, &preview}, {&later, &preview}});
+    writer.writeStep({encodeProxy(image, &preview), encodeProxy(later, &preview)});
   });
   expectError(ErrorCode::InvalidArgument, "twice", [&] {
-    writer.writeStep({{&image, &preview}, {&image, &preview}});
+    writer.writeStep({encodeProxy(image, &preview), encodeProxy(image, &preview)});
   });
-  expectError(ErrorCode::InvalidArgument, "no image", [&] {
-    writer.writeStep({{nullptr, &preview}});
-  });
-  EXPECT_EQ(Archive(folder / "a.cdb").rows().size(), 5u);
-  EXPECT_TRUE(checkArchive(folder / "a.cdb").empty());
+});
+EXPECT_EQ(Archive(folder / "a.cdb").rows().size(), 5u);
+EXPECT_TRUE(checkArchive(folder / "a.cdb").empty());
 }
 
 TEST(Archive, WithoutPreviewsTheTableNamesTheProxiesTwice) {
@@ -126,7 +121,7 @@ TEST(Archive, WithoutPreviewsTheTableNamesTheProxiesTwice) {
   const Raster preview = someRaster({12, 10});
   {
     ArchiveWriter writer(path, ExistingArchive::Refuse);
-    writer.writeStep({{&images[0], nullptr}, {&images[3], &preview}});
+    writer.writeStep({encodeProxy(images[0]), encodeProxy(images[3], &preview)});
   }
   const std::vector<ArchiveRow> rows = Archive(path).rows();
   ASSERT_EQ(rows.size(), 2u);

@@ -266,13 +266,15 @@ void main() {
 #define MIP_STEP(j)
 #endif
 #ifdef REFERENCE
-    // The last step, which may end after the exit, is left for the end.
-#define REFERENCE_STEP(i, j)                                                                  \
-  if ((index + float(j)) * stepDepth < zOut) {                                                \
-    light += headlit(segmentLight(F##i, F##j, BASE##i, BASE##j, TAU##i, TAU##j, TAU##j),      \
-                     exp(-max(TAU##i, 0.0)) - exp(-max(TAU##j, 0.0)),                         \
-                     (index + float(i) + 0.5) * stepDepth, origin, direction);                \
-  }
+    // Steps of one part here, those of several after the stretch. The last step, which may end after
+    // the exit, is left for the end.
+#define REFERENCE_STEP(i, j)                                                                    \
+  bool counts##i = (index + float(j)) * stepDepth < zOut;                                       \
+  bool divides##i = counts##i && segmentParts(BASE##i, BASE##j, TAU##i, TAU##j) > 1.0;          \
+  float alpha##i =                                                                              \
+      counts##i && !divides##i ? exp(-max(TAU##i, 0.0)) - exp(-max(TAU##j, 0.0)) : 0.0;         \
+  light += headlit(alpha##i * meanColor(BASE##i, BASE##j), alpha##i,                            \
+                   (index + float(i) + 0.5) * stepDepth, origin, direction);
 #else
 #define REFERENCE_STEP(i, j)
 #endif
@@ -370,6 +372,24 @@ void main() {
     } while (crosses);
 #endif
 
+#ifdef REFERENCE
+    // One step of several parts a turn.
+    int next = 0;
+    bool divides;
+    do {
+      int where = STRETCH;
+      float fa = f0, fb = f0, ta = 0.0, tb = 0.0;
+#define FIND_DIVIDED(i, j) \
+  if (i >= next && divides##i) where = i, fa = F##i, fb = F##j, ta = TAU##i, tb = TAU##j;
+      EACH_STEP_BACK(FIND_DIVIDED)
+      divides = where < STRETCH;
+      vec3 parts = headlit(segmentLight(fa, fb, ta, tb, tb), exp(-max(ta, 0.0)) - exp(-max(tb, 0.0)),
+                           (index + float(where) + 0.5) * stepDepth, origin, direction);
+      light += divides ? parts : vec3(0.0);
+      next = where + 1;
+    } while (divides);
+#endif
+
 #define LAST(i, j) f0 = F##j;
     EACH_STEP(LAST)
 #ifdef BASE
@@ -431,7 +451,7 @@ void main() {
 #ifdef REFERENCE
   Base baseEnd = baseAt(fEnd);
   float tauEnd = lastTau + stepLength * meanExtinction(lastF, fEnd, lastBase, baseEnd);
-  light += headlit(segmentLight(lastF, fEnd, lastBase, baseEnd, lastTau, tauEnd, tauOut),
+  light += headlit(segmentLight(lastF, fEnd, lastTau, tauEnd, tauOut),
                    exp(-max(lastTau, 0.0)) - exp(-tauOut), (lastIndex + 0.5) * stepDepth, origin,
                    direction);
 #endif

@@ -82,22 +82,26 @@ vec3 meanColor(Base b0, Base b1) {
 // [0, tauEnd]. A part of it has its mean colour, which is wrong by a twelfth of its optical depth
 // times its change of colour: parts keep that below 1/700. They are those of the whole segment even
 // where only some of it counts, so that blocks add up.
-vec3 segmentLight(float f0, float f1, Base b0, Base b1, float tau0, float tau1, float tauEnd) {
-  float tau = tau1 - tau0, weight = integralBetween(b0, b1);
+float segmentParts(Base b0, Base b1, float tau0, float tau1) {
   float change = min(baseColorRate * abs(b1.x - b0.x), 1.5);
-  int parts = tau0 < 9.0 ? int(clamp(sqrt(60.0 * tau * change), 0.0, 15.0)) + 1 : 1;
+  return tau0 < 9.0 ? floor(clamp(sqrt(60.0 * (tau1 - tau0) * change), 0.0, 15.0)) + 1.0 : 1.0;
+}
+
+vec3 segmentLight(float f0, float f1, float tau0, float tau1, float tauEnd) {
+  Base b0 = baseAt(f0), b1 = baseAt(f1), a = b0;
+  float parts = segmentParts(b0, b1, tau0, tau1), weight = integralBetween(b0, b1);
+  float front = exp(-max(tau0, 0.0)), i = 0.0;
   vec3 light = vec3(0.0);
-  Base a = b0;
-  float front = exp(-max(tau0, 0.0));
-  for (int i = 1; i < parts; ++i) {
-    float share = float(i) / float(parts);
-    Base b = baseAt(mix(f0, f1, share));
-    share = abs(weight) > 0.0 ? integralBetween(b0, b) / weight : share;
-    float back = exp(-clamp(tau0 + tau * share, 0.0, tauEnd));
+  do {
+    i += 1.0;
+    float share = min(i / parts, 1.0);
+    Base b = baseAt(share < 1.0 ? mix(f0, f1, share) : f1);
+    share = share < 1.0 && abs(weight) > 0.0 ? integralBetween(b0, b) / weight : share;
+    float back = exp(-clamp(share < 1.0 ? tau0 + (tau1 - tau0) * share : tau1, 0.0, tauEnd));
     light += (front - back) * meanColor(a, b);
     front = back;
     a = b;
-  }
-  return light + (front - exp(-clamp(tau1, 0.0, tauEnd))) * meanColor(a, b1);
+  } while (i < parts);
+  return light;
 }
 #endif

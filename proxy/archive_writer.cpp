@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <set>
 #include <span>
@@ -14,7 +13,6 @@
 #include "proxy/archive_paths.h"
 #include "proxy/durable_file.h"
 #include "proxy/error.h"
-#include "proxy/exr_threads.h"
 #include "proxy/png_file.h"
 #include "proxy/timings_file.h"
 
@@ -22,10 +20,6 @@ namespace vestige {
 namespace {
 
 namespace fs = std::filesystem;
-
-double secondsNow() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// What may lie in a folder that a writer can take although it has no table: nothing, or the
 /// first table's temporary file.

@@ -109,9 +109,8 @@ TEST(Archive, NamesThatATableCannotHoldAreRefusedBeforeAnythingIsWritten) {
   expectError(ErrorCode::InvalidArgument, "twice", [&] {
     writer.writeStep({encodeProxy(image, &preview), encodeProxy(image, &preview)});
   });
-});
-EXPECT_EQ(Archive(folder / "a.cdb").rows().size(), 5u);
-EXPECT_TRUE(checkArchive(folder / "a.cdb").empty());
+  EXPECT_EQ(Archive(folder / "a.cdb").rows().size(), 5u);
+  EXPECT_TRUE(checkArchive(folder / "a.cdb").empty());
 }
 
 TEST(Archive, WithoutPreviewsTheTableNamesTheProxiesTwice) {

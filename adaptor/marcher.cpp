@@ -2,9 +2,7 @@
 #include "adaptor/marcher.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <cstring>
 #include <glm/gtc/type_ptr.hpp>
 #include <limits>
 #include <map>
@@ -15,6 +13,7 @@
 
 #include "adaptor/block_volume.h"
 #include "adaptor/march_setup.h"
+#include "adaptor/ray_planes.h"
 #include "adaptor/stopwatch.h"
 #include "adaptor/tile_plan.h"
 #include "march_base_glsl.embed.h"
@@ -65,76 +64,6 @@ void checkRequest(const MarchRequest& request) {
     }
   }
 }
-
-/// An image in which every ray misses.
-RayImage emptyImage(const MarchRequest& request) {
-  const std::size_t pixels = request.size.pixels();
-  const std::size_t channels = std::size_t(request.partition.channels());
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  RayImage image;
-  image.size = request.size;
-  image.channels = int(channels);
-  image.entry.assign(pixels, kInfinity);
-  image.exit.assign(pixels, -kInfinity);
-  if (request.length || request.attenuation) {
-    image.first.assign(pixels, 255);
-    image.last.assign(pixels, 255);
-  }
-  if (request.length) {
-    image.length.resize(channels * pixels);
-    image.moment.resize(channels * pixels);
-    image.runs.resize(channels * pixels);
-  }
-  if (request.attenuation) {
-    image.attenuation.resize(channels * pixels);
-  }
-  if (request.attenuation || request.reference) image.transmittance.assign(pixels, 1.0f);
-  image.depth.assign(request.isovalues.size() * pixels, kInfinity);
-  image.normal.resize(request.isovalues.size() * 3 * pixels);
-  if (request.mip) image.mip.assign(pixels, std::numeric_limits<float>::quiet_NaN());
-  if (request.reference) image.reference.resize(3 * pixels);
-  return image;
-}
-
-/// How many planes march.glsl puts for a request.
-std::size_t planeCount(const MarchRequest& request) {
-  const std::size_t channels = std::size_t(request.partition.channels());
-  std::size_t count = 2 + 4 * request.isovalues.size();
-  if (request.length || request.attenuation) count += 2;
-  if (request.length) count += 3 * channels;
-  if (request.attenuation) count += channels;
-  if (request.attenuation || request.reference) count += 1;
-  if (request.mip) count += 1;
-  if (request.reference) count += 3;
-  return count;
-}
-
-/// Takes the planes of a band of rows apart, in the order in which march.glsl puts them.
-class BandReader {
- public:
-  BandReader(const float* planes, ImageSize size, int firstRow, int rows)
-      : next_(planes),
-        first_(std::size_t(firstRow) * std::size_t(size.width)),
-        count_(std::size_t(rows) * std::size_t(size.width)),
-        pixels_(size.pixels()) {}
-
-  template <typename Convert>
-  void take(std::size_t plane, auto& to, const Convert& convert) {
-    auto* out = to.data() + plane * pixels_ + first_;
-    for (std::size_t i = 0; i < count_; ++i) out[i] = convert(next_[i]);
-    next_ += count_;
-  }
-  void take(std::vector<float>& to) {
-    for (std::size_t plane = 0; plane * pixels_ < to.size(); ++plane) {
-      std::memcpy(to.data() + plane * pixels_ + first_, next_, count_ * sizeof(float));
-      next_ += count_;
-    }
-  }
-
- private:
-  const float* next_;
-  std::size_t first_, count_, pixels_;
-};
 
 }  // namespace
 
@@ -211,7 +140,6 @@ struct Marcher::Impl {
 
   gl::Program& program(const MarchRequest& request, const Setup& setup, bool quiet);
   void setUniforms(const gl::Program& program, const MarchRequest& request, const Setup& setup);
-  void readBand(const MarchRequest& request, int firstRow, int rows, RayImage& image);
   void marchBands(std::span<const Pass> passes, const MarchRequest& request, RayImage& image);
   RayImage march(const MarchRequest& request);
 
@@ -320,45 +248,6 @@ void Marcher::Impl::setUniforms(const gl::Program& program, const MarchRequest& 
   }
 }
 
-void Marcher::Impl::readBand(const MarchRequest& request, int firstRow, int rows, RayImage& image) {
-  const gl::Functions& f = gl::functions();
-  const auto* mapped = static_cast<const float*>(
-      f.MapBufferRange(GL_SHADER_STORAGE_BUFFER, 0,
-                       GLsizeiptr(planeCount(request) * std::size_t(rows) *
-                                  std::size_t(request.size.width) * sizeof(float)),
-                       GL_MAP_READ_BIT));
-  if (!mapped) {
-    gl::checkErrors("the read-back of a march");
-    throw Error(ErrorCode::Gl, "the read-back of a march: the result could not be mapped");
-  }
-  BandReader reader(mapped, request.size, firstRow, rows);
-  reader.take(image.entry);
-  reader.take(image.exit);
-  if (!image.first.empty()) {
-    const auto channel = [](float c) { return std::uint8_t(c); };
-    reader.take(0, image.first, channel);
-    reader.take(0, image.last, channel);
-  }
-  reader.take(image.length);
-  reader.take(image.moment);
-  reader.take(image.runs);
-  reader.take(image.attenuation);
-  reader.take(image.transmittance);
-  for (std::size_t m = 0; m < request.isovalues.size(); ++m) {
-    reader.take(m, image.depth,
-                [](float z) { return z == 0.0f ? std::numeric_limits<float>::infinity() : z; });
-  }
-  reader.take(image.normal);
-  if (!image.mip.empty()) {
-    reader.take(0, image.mip, [&](float v) {
-      return std::isinf(v) ? std::numeric_limits<float>::quiet_NaN()
-                           : float(request.partition.denormalised(double(v)));
-    });
-  }
-  reader.take(image.reference);
-  f.UnmapBuffer(GL_SHADER_STORAGE_BUFFER);
-}
-
 void Marcher::Impl::marchBands(std::span<const Pass> passes, const MarchRequest& request,
                                RayImage& image) {
   const gl::Functions& f = gl::functions();
@@ -382,7 +271,14 @@ void Marcher::Impl::marchBands(std::span<const Pass> passes, const MarchRequest&
     f.Finish();
     times.march += marching.seconds();
     const Stopwatch reading;
-    readBand(request, row, count, image);
+    const auto* mapped = static_cast<const float*>(f.MapBufferRange(
+        GL_SHADER_STORAGE_BUFFER, 0, GLsizeiptr(rowBytes * std::size_t(count)), GL_MAP_READ_BIT));
+    if (!mapped) {
+      gl::checkErrors("the read-back of a march");
+      throw Error(ErrorCode::Gl, "the read-back of a march: the result could not be mapped");
+    }
+    takePlanes(mapped, request, row, count, image);
+    f.UnmapBuffer(GL_SHADER_STORAGE_BUFFER);
     times.readBack += reading.seconds();
   }
   gl::checkErrors("a march");

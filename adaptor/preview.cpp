@@ -111,10 +111,17 @@ auto depthPixel(const RayImage& rays) {
 }
 
 auto mipPixel(const RayImage& rays, const TransferFunction& base) {
-  return [&](std::size_t p) -> Light {
+  // As many colours as a byte a component can tell apart along a map.
+  constexpr int kColors = 2048;
+  const double low = base.colorLow(), width = base.colorHigh() - base.colorLow();
+  std::vector<glm::dvec3> colors;
+  for (int i = 0; i <= kColors; ++i) colors.push_back(base.color(low + i * width / kColors));
+  return [&rays, &base, colors = std::move(colors), low, width](std::size_t p) -> Light {
     const double value = rays.mip[p];
     if (std::isnan(value)) return {};
-    return {base.color(value), 1.0};
+    if (!(width > 0.0)) return {base.color(value), 1.0};
+    const double at = std::clamp((value - low) / width, 0.0, 1.0);
+    return {colors[std::size_t(at * kColors + 0.5)], 1.0};
   };
 }
 

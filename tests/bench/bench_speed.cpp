@@ -9,6 +9,8 @@
 //                reference
 //   edit         an opacity edit at 1024^2 with proxies decoded
 //   open         the same from a closed archive: opening, decoding, editing
+//   edit-runs, open-runs
+//                likewise in the reconstructed order of runs, as edit_psnr is measured
 #include <fmt/format.h>
 
 #include <chrono>
@@ -153,8 +155,9 @@ std::uint64_t bytesOf(const Archive& archive, std::string_view proxy) {
   return bytes;
 }
 
-Look editedLook(int number, const Scene& scene) {
+Look editedLook(int number, const Scene& scene, bool runs) {
   Look look;
+  if (runs) look.order = Order::Runs;
   std::vector<OpacityPoint> points = basePoints(scene);
   points.back().opacity = 0.1 + 0.01 * (number % 10);
   look.opacity = points;
@@ -192,6 +195,7 @@ void serve(const Scene& scene, const fs::path& folder) {
         std::make_unique<Renderer>(device, std::make_shared<const Archive>(folder / "1024.cdb"));
   };
   int edits = 0;
+  bool inRuns = false;  ///< what the renderer was last asked for
   std::puts("ready");
   std::fflush(stdout);
   for (std::string command; std::getline(std::cin, command);) {
@@ -210,18 +214,21 @@ void serve(const Scene& scene, const fs::path& folder) {
         line += fmt::format("{}\t", bytesOf(archive, proxy));
       }
       fmt::print("{}{}\n", line, scene.values.size() * 4);
-    } else if (command == "edit") {
+    } else if (command == "edit" || command == "edit-runs") {
       large();
-      if (!renderer) {
+      const bool runs = command == "edit-runs";
+      if (!renderer || runs != inRuns) {
         open();
-        renderer->render(editedLook(0, scene));
+        renderer->render(editedLook(0, scene, runs));
       }
-      const Look look = editedLook(++edits, scene);
+      inRuns = runs;
+      const Look look = editedLook(++edits, scene, runs);
       fmt::print("{}\n", secondsOf([&] { renderer->render(look); }));
-    } else if (command == "open") {
+    } else if (command == "open" || command == "open-runs") {
       large();
       renderer.reset();
-      const Look look = editedLook(++edits, scene);
+      inRuns = command == "open-runs";
+      const Look look = editedLook(++edits, scene, inRuns);
       fmt::print("{}\n", secondsOf([&] {
                    open();
                    renderer->render(look);

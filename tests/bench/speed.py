@@ -85,14 +85,20 @@ def measure_size(binaries, size, suffix, wanted, folder):
     if f"turbulent_bytes_percent{suffix}" in wanted:
         *parts, field = we.ask("bytes")
         report(f"turbulent_bytes_percent{suffix}", 100 * sum(parts) / field)
-    if {f"edit_vs_vtk{suffix}", f"open_and_edit_vs_vtk{suffix}"} & wanted:
+    for order in ("", "_runs") if not suffix else ("",):
+        edits = {f"edit_vs_vtk{order}{suffix}", f"open_and_edit_vs_vtk{order}{suffix}"}
+        if not edits & wanted:
+            continue
+        command = order.replace("_", "-")
         they = vtk(folder, 1024)
-        edit, opened, render = alternate(count, lambda: we.ask("edit"), lambda: we.ask("open"),
-                                         lambda: they.ask("render"))
-        they.close()
-        report(f"edit_vs_vtk{suffix}", render[0] / edit[0])
+        edit, render = alternate(count, lambda: we.ask("edit" + command),
+                                 lambda: they.ask("render"))
+        report(f"edit_vs_vtk{order}{suffix}", render[0] / edit[0])
         if not suffix:
-            report("open_and_edit_vs_vtk", render[0] / opened[0])
+            opened, render = alternate(count, lambda: we.ask("open" + command),
+                                       lambda: they.ask("render"))
+            report(f"open_and_edit_vs_vtk{order}", render[0] / opened[0])
+        they.close()
     we.close()
 
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <glm/gtc/matrix_access.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <limits>
 
@@ -174,12 +175,13 @@ WarpedView LayerPass::warp(const LayerTextures& layers, const gl::Texture& color
   const glm::dmat4 eyeFromEye = camera.eyeFromWorld() * layers.camera.worldFromEye();
   glm::mat4 clipFromEye(camera.clipFromEye(size.aspect()) * eyeFromEye);
   for (int column = 0; column < 4; ++column) clipFromEye[column][1] *= -1.0f;  // rows from the top
-  const glm::mat4 worldFromEye(layers.camera.worldFromEye());
-  gl.UniformMatrix4fv(warp.uniform("worldFromEye"), 1, GL_FALSE, glm::value_ptr(worldFromEye));
-  const glm::vec3 low(layers.domain.low), high(layers.domain.high);
-  gl.Uniform3fv(warp.uniform("domainLow"), 1, glm::value_ptr(low));
+  // Relative to the domain's centre, as far from the origin floats cannot tell its faces apart.
+  const glm::mat4 domainFromEye(glm::translate(glm::dmat4(1.0), -layers.domain.center()) *
+                                layers.camera.worldFromEye());
+  gl.UniformMatrix4fv(warp.uniform("domainFromEye"), 1, GL_FALSE, glm::value_ptr(domainFromEye));
+  const glm::vec3 half(0.5 * (layers.domain.high - layers.domain.low));
+  gl.Uniform3fv(warp.uniform("domainHalf"), 1, glm::value_ptr(half));
   gl.Uniform1f(warp.uniform("longestGap"), float(kLongestGap * layers.domain.diagonal()));
-  gl.Uniform3fv(warp.uniform("domainHigh"), 1, glm::value_ptr(high));
   gl.UniformMatrix4fv(warp.uniform("clipFromEye"), 1, GL_FALSE, glm::value_ptr(clipFromEye));
   const glm::vec4 planarDepth(-glm::row(eyeFromEye, 2));
   gl.Uniform4fv(warp.uniform("planarDepth"), 1, glm::value_ptr(planarDepth));

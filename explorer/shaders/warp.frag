@@ -12,12 +12,10 @@ uniform sampler2DArray colors;
 uniform sampler2DArray light;
 uniform vec3 unproject;
 uniform bool lit;
-uniform int part;  // as in warp.vert
 uniform int layer;
-uniform float longestGap;        // a longer stretch would draw what is not there
 
 flat in ivec2 ownPixel;
-flat in float gap;
+flat in int kind;                // as in warp.vert
 in vec2 sourcePixel;
 in float newDepth;
 
@@ -34,16 +32,14 @@ vec4 litColor(ivec2 pixel) {
   return value;
 }
 
-const float kVisible = 1.0 / 255.0;
-
 void main() {
-  if (part == 2 || gap > longestGap) {  // may hold anything, if the layer can be seen at all
-    if (texelFetch(colors, ivec3(ownPixel, layer), 0).a <= kVisible) discard;
+  if (kind == 2) {
+    // No more of the layer lies behind a pixel than its whole ray holds.
     color = vec4(0.0);
-    position = vec4(newDepth, 1.0, 1.0, 1.0);
+    position = vec4(newDepth, 1.0, texelFetch(colors, ivec3(ownPixel, layer), 0).a, 1.0);
     return;
   }
-  bool stretched = part == 1;
+  bool stretched = kind == 1;
   ivec2 last = textureSize(depth, 0).xy - 1;
   if (stretched) {
     // A mixture of both sides of a silhouette would be neither.

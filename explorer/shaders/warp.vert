@@ -2,26 +2,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A depth layer drawn from another camera (visualization-by-proxy §4.3, without distortion). No
 // attributes. Whole surface: each pixel is a quad whose corners lie at the mean depth of the pixels
-// around that belong to the same surface, so that neighbours join and silhouettes break. Stretched
-// surface: the triangles between pixel centres that silhouettes tear. Unseen: what bounds, with
-// these two, the space behind the layer, which no stored ray saw of it: its far ends where rays
-// leave the domain, and walls from there to the silhouettes against nothing.
+// around that belong to the same surface, so that neighbours join and silhouettes break. Mesh: the
+// triangles between pixel centres; they close the cracks between quads that disagree about a corner,
+// are stretched surface where silhouettes tear them, and bound unseen space where the gap is too
+// long for that. Unseen: what bounds, with these, the space behind the layer, which no stored ray saw
+// of it: its far ends where rays leave the domain, and walls from there to the silhouettes against
+// nothing and to where the layer gets more opaque.
 precision highp float;
 precision highp int;
 precision highp sampler2DArray;
 
 uniform sampler2DArray depth;
 uniform sampler2DArray normals;
+uniform sampler2DArray colors;
 uniform int layer;
 uniform vec3 unproject;      // as in light.frag; z: jump in pixels that any slope may have
 uniform mat4 clipFromEye;    // eye space of the layers' camera to clip space of the new one
 uniform vec4 planarDepth;    // dot with the eye position (w = 1): planar Z from the new camera
-uniform int part;            // 0 whole surface, 1 stretched surface, 2 unseen
-uniform mat4 worldFromEye;   // of the layers' camera; with the domain, for unseen
-uniform vec3 domainLow, domainHigh;
+uniform int part;            // 0 whole surface, 1 mesh, 2 unseen
+uniform mat4 domainFromEye;  // of the layers' camera, to world axes from the domain's centre
+uniform vec3 domainHalf;     // half the domain's extents
+uniform float longestGap;    // a longer stretch would draw what is not there
 
 flat out ivec2 ownPixel;
-flat out float gap;          // depth that a stretched triangle spans
+flat out int kind;           // 0 surface, 1 stretched surface, 2 bound of unseen space
 out vec2 sourcePixel;        // in units of pixels, 0 at the centre of the first
 out float newDepth;
 
@@ -46,12 +50,18 @@ float jumpAt(ivec2 pixel, float z) {
   return pixelWorld(z) * (unproject.z + 2.0 * slopeAt(pixel));
 }
 
+const float kVisible = 1.0 / 255.0;
+
 void place(bool present, vec2 center, float z) {
+  float opacity = texelFetch(colors, ivec3(ownPixel, layer), 0).a;
+  if (kind == 2 && opacity <= kVisible) present = false;  // what is not seen hides nothing
   vec3 eye = eyeAt(center, present ? z : 1.0);
   gl_Position = present ? clipFromEye * vec4(eye, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
-  // Each part takes a third of the depth range, whole surface the nearest: a guess never hides a
-  // sample.
-  if (present) gl_Position.z = (gl_Position.z + float(2 * part - 2) * gl_Position.w) / 3.0;
+  // Whole surface, mesh and unseen take a third of the depth range each: a guess never hides a
+  // sample. Of the bounds of unseen space that of the most opaque pixel wins.
+  float third = kind == 2 ? 1.0 - 2.0 * min(opacity, 1.0) : gl_Position.z / gl_Position.w;
+  int range = kind == 2 ? 2 : part;
+  if (present) gl_Position.z = (third + float(2 * range - 2)) * gl_Position.w / 3.0;
   newDepth = dot(planarDepth, vec4(eye, 1.0));
   sourcePixel = center;
 }
@@ -77,7 +87,7 @@ void placeQuadCorner(int quad, ivec2 corner) {
   place(true, vec2(pixel) + vec2(corner) - 0.5, sum / count);
 }
 
-void placeTornCorner(int quad, int which, bool second) {
+void placeMeshCorner(int quad, int which, bool second) {
   int columns = textureSize(depth, 0).x - 1;
   ivec2 base = ivec2(quad % columns, quad / columns);
   // Two triangles: (0,0) (1,0) (0,1) and (1,1) (0,1) (1,0).
@@ -86,26 +96,32 @@ void placeTornCorner(int quad, int which, bool second) {
   ivec2 c = base + (second ? ivec2(1, 0) : ivec2(0, 1));
   float za = depthAt(a), zb = depthAt(b), zc = depthAt(c);
   float high = max(za, max(zb, zc)), low = min(za, min(zb, zc));
-  ivec2 mine = which == 0 ? a : which == 1 ? b : c;
-  bool torn = false;
-  if (high < 1e29) {
+  bool present = high < 1e29;
+  if (present) {
     float jump = max(jumpAt(a, za), max(jumpAt(b, zb), jumpAt(c, zc)));
-    torn = high - low > jump;
+    kind = high - low <= jump ? 0 : high - low <= longestGap ? 1 : 2;
   }
-  ownPixel = mine;
-  gap = high - low;
-  place(torn, vec2(mine), which == 0 ? za : which == 1 ? zb : zc);
+  ownPixel = za == low ? a : zb == low ? b : c;  // unseen space lies behind the nearest
+  place(present, vec2(which == 0 ? a : which == 1 ? b : c),
+        which == 0 ? za : which == 1 ? zb : zc);
 }
 
 // Planar depth at which a ray leaves the domain.
 float exitDepth(vec2 center) {
   vec3 one = eyeAt(center, 1.0);
   vec3 start = unproject.y > 0.5 ? vec3(0.0) : vec3(one.xy, 0.0);
-  vec3 origin = (worldFromEye * vec4(start, 1.0)).xyz;
-  vec3 along = (worldFromEye * vec4(one - start, 0.0)).xyz;
+  vec3 origin = (domainFromEye * vec4(start, 1.0)).xyz;
+  vec3 along = (domainFromEye * vec4(one - start, 0.0)).xyz;
   along = mix(along, vec3(1e-12), lessThan(abs(along), vec3(1e-12)));
-  vec3 far = max((domainLow - origin) / along, (domainHigh - origin) / along);
+  vec3 far = (sign(along) * domainHalf - origin) / along;
   return min(far.x, min(far.y, far.z));
+}
+
+// Walls stand where opacity passes a power of two, so that a ray that only crosses the shadow meets
+// one of nearly the largest opacity in it.
+int levelAt(ivec2 pixel) {
+  float opacity = texelFetch(colors, ivec3(pixel, layer), 0).a;
+  return depthAt(pixel) > 1e29 || opacity <= kVisible ? -9 : int(floor(log2(opacity)));
 }
 
 void placeUnseenCorner(int quad, int side, int which, bool second) {
@@ -119,15 +135,12 @@ void placeUnseenCorner(int quad, int side, int which, bool second) {
   bool isFar = true;
   if (side > 0) {  // toward the right or lower neighbour: corner.x runs along the edge, y in depth
     ivec2 other = pixel + (side == 1 ? ivec2(1, 0) : ivec2(0, 1));
-    float zo = any(greaterThanEqual(other, size)) ? z : depthAt(other);
+    int steps = any(greaterThanEqual(other, size)) ? 0 : levelAt(other) - levelAt(pixel);
+    present = steps != 0;
+    if (steps > 0) ownPixel = other;
+    z = depthAt(ownPixel);
     isFar = corner.y == 1;
     corner = side == 1 ? ivec2(1, corner.x) : ivec2(corner.x, 1);
-    bool otherPresent = zo < 1e29;
-    if (otherPresent && !present) {
-      ownPixel = other;
-      z = zo;
-    }
-    present = present != otherPresent;
   }
   vec2 center = vec2(pixel) + vec2(corner) - 0.5;
   place(present, center, isFar ? max(z, exitDepth(center)) : z);
@@ -138,13 +151,13 @@ void main() {
   int quad = gl_VertexID / corners, vertex = gl_VertexID - corners * quad;
   int side = vertex / 6;
   vertex -= 6 * side;
-  gap = 0.0;
+  kind = part == 2 ? 2 : 0;
   bool second = vertex >= 3;
   int which = vertex - (second ? 3 : 0);
   if (part == 2) {
     placeUnseenCorner(quad, side, which, second);
   } else if (part == 1) {
-    placeTornCorner(quad, which, second);
+    placeMeshCorner(quad, which, second);
   } else {
     ivec2 corner = which == 0 ? ivec2(0, 0) : which == 1 ? ivec2(1, 0) : ivec2(0, 1);
     placeQuadCorner(quad, second ? ivec2(1, 1) - corner : corner);

@@ -80,10 +80,10 @@ void BlockVolume::allocate(std::array<int, 3> size, int most) {
   if (texture_ && size == size_) return;
   const gl::Functions& f = gl::functions();
   texture_.reset();
-  texture_.emplace(GL_TEXTURE_3D);
+  texture_.emplace(GL_TEXTURE_2D_ARRAY);
   bind();
-  f.TexStorage3D(GL_TEXTURE_3D, 1, GL_R32F, size[0], size[1], size[2]);
-  setFilter(GL_TEXTURE_3D, GL_LINEAR);
+  f.TexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_R32F, size[0], size[1], size[2]);
+  setFilter(GL_TEXTURE_2D_ARRAY, GL_NEAREST);
   try {
     gl::checkErrors("the allocation of a block's texture");
   } catch (...) {
@@ -110,7 +110,8 @@ void BlockVolume::fillTexture(const Marcher::FillSlab& fill, int threads, Marche
     bricks.add(z, end, staging.data(), threads);
     times.fill += filling.seconds();
     const Stopwatch uploading;
-    f.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, z, nx, ny, end - z, GL_RED, GL_FLOAT, staging.data());
+    f.TexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, z, nx, ny, end - z, GL_RED, GL_FLOAT,
+                    staging.data());
     times.upload += uploading.seconds();
   }
   gl::checkErrors("the upload of a block");

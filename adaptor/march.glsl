@@ -67,9 +67,9 @@ vec2 clipToBox(vec3 origin, vec3 direction) {
 }
 
 #ifdef UNEVEN
-#define SAMPLE(z) sampleAt(textureAt(origin + (z) * direction))
+#define SAMPLE(z) sampleAt(placeAt(origin + (z) * direction))
 #else
-#define SAMPLE(z) sampleAt(textureOrigin0 + (z) * textureDirection)
+#define SAMPLE(z) sampleAt(placeOf(node0 + (z) * nodeDirection))
 #endif
 
 #if LAYERS > 0
@@ -81,13 +81,13 @@ uniform float isovalues[LAYERS];
 float layerDepth(float hit, float iso, float zIn, float zOut, vec3 origin, vec3 direction) {
   bool found = hit > -1e29;
   float za = found ? hit * stepDepth : zIn, zb = za + stepDepth;
-  float a = sampleAt(textureAt(origin + za * direction));
-  float b = sampleAt(textureAt(origin + zb * direction));
+  float a = sampleAt(placeAt(origin + za * direction));
+  float b = sampleAt(placeAt(origin + zb * direction));
   found = found && mix(za, zb, (iso - a) / (b - a)) <= zOut;
   float z = za;
   for (int i = 0; i < 3; ++i) {
     z = mix(za, zb, clamp((iso - a) / (b - a), 0.0, 1.0));
-    float f = sampleAt(textureAt(origin + z * direction));
+    float f = sampleAt(placeAt(origin + z * direction));
     if (isGap(f) || f == iso) break;
     bool before = (f < iso) == (a < iso);
     za = before ? z : za;
@@ -133,8 +133,7 @@ void main() {
   vec2 at = (vec2(pixel.x, pixel.y + band.x) + 0.5) / vec2(size) - 0.5;
   vec3 origin = originAt[0] + at.x * originAt[1] + at.y * originAt[2];
   vec3 direction = directionAt[0] + at.x * directionAt[1] + at.y * directionAt[2];
-  vec3 textureOrigin0 = origin * textureFromLocal + textureOrigin;
-  vec3 textureDirection = direction * textureFromLocal;
+  vec3 node0 = origin * nodesFromLocal + nodesOrigin, nodeDirection = direction * nodesFromLocal;
   float lengthPerDepth = length(direction), stepLength = stepDepth * lengthPerDepth;
   vec2 inBox = clipToBox(origin, direction);
   bool miss = !(inBox.x < inBox.y);
@@ -436,7 +435,7 @@ void main() {
   do {
     vec3 local = origin + sampleIndex * stepDepth * direction;
     ivec3 brick = brickAt(local);
-    float f = sampleAt(textureAt(local));
+    float f = sampleAt(placeAt(local));
     bool hopeful = texelFetch(bricks, brick, 0).z > largest;
     float leaves = floor(leavesBrick(brick, origin, direction) / stepDepth);
     largest = sampleIndex <= mipEnd && !isGap(f) ? max(largest, f) : largest;

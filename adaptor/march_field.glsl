@@ -2,15 +2,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The samples of a block as a field over local space: (world - centre) / scale, with the centre and
 // the scale of the whole domain. Marcher puts this file, march_base.glsl and march.glsl together
-// and defines AXIS_X, AXIS_Y, AXIS_Z for axes whose nodes are not evenly spaced, FILTER where the
-// device does not filter float textures in full precision, and GAPS where samples without data
-// occur.
+// and defines AXIS_X, AXIS_Y, AXIS_Z for axes whose nodes are not evenly spaced, and GAPS where
+// samples without data occur.
+//
+// Nodes of even axes are counted from the domain's, so that blocks with ghost layers get the same
+// bits for the same place: where a ray grazes a bound, how long it is in the interval turns on the
+// last one.
 
-uniform sampler3D volume;
+uniform sampler2DArray volume;
 uniform ivec3 nodeCount;
-uniform vec3 textureFromLocal, textureOrigin;  // even axes: coordinate = local * from + origin
-uniform sampler2D nodesX, nodesY, nodesZ;      // row 0: node, 1 / width, next node; row 1: guesses
-uniform vec3 guesses[3];                       // per axis: low, cells / length, cells
+uniform vec3 nodesFromLocal, nodesOrigin;  // even axes: node = local * from + origin
+uniform vec3 firstNode, lastNode;          // of the block; uneven axes count from 0
+uniform vec2 texelSize, cornerOrigin;      // texture coordinates of the corner after a node
+uniform sampler2D nodesX, nodesY, nodesZ;   // row 0: node, 1 / width, next node; row 1: guesses
+uniform vec3 guesses[3];                    // per axis: low, cells / length, cells
 uniform float scale;
 
 const float kGap = 3e38;      // stands for a sample without data
@@ -21,9 +26,21 @@ const float kInfinity = uintBitsToFloat(0x7f800000u);
 #define UNEVEN
 #endif
 
-// Along an axis of uneven nodes, the texture coordinate. A table of guesses names a node at or
+// A point between nodes: the node before it and the share of the way to the next. It may be after
+// the last node: the texture is clamped there.
+struct Place {
+  vec3 node, share;
+};
+
+Place placeOf(vec3 node) {
+  vec3 x = max(node, firstNode);
+  vec3 before = floor(x);
+  return Place(before, x - before);
+}
+
+// Along an axis of uneven nodes: (node before x, share). A table of guesses names a node at or
 // before x; the search goes on from there.
-float searchNodes(sampler2D nodes, vec3 guess, int count, float x) {
+vec2 searchNodes(sampler2D nodes, vec3 guess, int count, float x) {
   int cell = int(clamp((x - guess.x) * guess.y, 0.0, guess.z - 1.0));
   int i = int(texelFetch(nodes, ivec2(cell, 1), 0).x);
   vec4 node = texelFetch(nodes, ivec2(i, 0), 0);
@@ -31,51 +48,43 @@ float searchNodes(sampler2D nodes, vec3 guess, int count, float x) {
     ++i;
     node = texelFetch(nodes, ivec2(i, 0), 0);
   }
-  float u = clamp((x - node.x) * node.y, 0.0, 1.0);
-  return (float(i) + u + 0.5) / float(count);
+  return vec2(float(i), clamp((x - node.x) * node.y, 0.0, 1.0));
 }
 
-// The way from coordinate a to b along such an axis.
+// The way from node a to b along such an axis.
 float nodesBetween(sampler2D nodes, int count, float a, float b) {
-  vec2 x = vec2(a, b) * float(count) - 0.5;
+  vec2 x = vec2(a, b);
   ivec2 i = clamp(ivec2(x), 0, count - 2);
   vec4 from = texelFetch(nodes, ivec2(i.x, 0), 0), to = texelFetch(nodes, ivec2(i.y, 0), 0);
   return mix(to.x, to.z, x.y - float(i.y)) - mix(from.x, from.z, x.x - float(i.x));
 }
 
-vec3 textureAt(vec3 local) {
-  vec3 t = local * textureFromLocal + textureOrigin;
+Place placeAt(vec3 local) {
+  Place p = placeOf(local * nodesFromLocal + nodesOrigin);
 #ifdef AXIS_X
-  t.x = searchNodes(nodesX, guesses[0], nodeCount.x, local.x);
+  vec2 x = searchNodes(nodesX, guesses[0], nodeCount.x, local.x);
+  p.node.x = x.x, p.share.x = x.y;
 #endif
 #ifdef AXIS_Y
-  t.y = searchNodes(nodesY, guesses[1], nodeCount.y, local.y);
+  vec2 y = searchNodes(nodesY, guesses[1], nodeCount.y, local.y);
+  p.node.y = y.x, p.share.y = y.y;
 #endif
 #ifdef AXIS_Z
-  t.z = searchNodes(nodesZ, guesses[2], nodeCount.z, local.z);
+  vec2 z = searchNodes(nodesZ, guesses[2], nodeCount.z, local.z);
+  p.node.z = z.x, p.share.z = z.y;
 #endif
-  return t;
+  return p;
 }
 
-// Trilinear (method §1); NaN where a neighbour has no data.
-float fieldAt(vec3 t) {
-#ifdef FILTER
-  vec3 x = clamp(t * vec3(nodeCount) - 0.5, vec3(0.0), vec3(nodeCount - 1));
-  ivec3 a = ivec3(x);
-  ivec3 b = min(a + 1, nodeCount - 1);
-  vec3 u = x - vec3(a);
-  vec4 low = vec4(texelFetch(volume, a, 0).x, texelFetch(volume, ivec3(b.x, a.yz), 0).x,
-                  texelFetch(volume, ivec3(a.x, b.y, a.z), 0).x,
-                  texelFetch(volume, ivec3(b.xy, a.z), 0).x);
-  vec4 high = vec4(texelFetch(volume, ivec3(a.xy, b.z), 0).x,
-                   texelFetch(volume, ivec3(b.x, a.y, b.z), 0).x,
-                   texelFetch(volume, ivec3(a.x, b.yz), 0).x, texelFetch(volume, b, 0).x);
-  vec4 plane = mix(low, high, u.z);
-  vec2 row = mix(plane.xy, plane.zw, u.y);
-  return mix(row.x, row.y, u.x);
-#else
-  return textureLod(volume, t, 0.0).x;
-#endif
+// Trilinear (method §1); NaN where a neighbour has no data. Devices' own filters round shares and
+// coordinates.
+float fieldAt(Place p) {
+  vec3 corner = vec3(p.node.xy * texelSize + cornerOrigin, p.node.z - firstNode.z);
+  vec4 low = textureGather(volume, corner);
+  vec4 high = textureGather(volume, vec3(corner.xy, corner.z + 1.0));
+  vec4 plane = low + p.share.z * (high - low);
+  vec2 row = plane.wz + p.share.y * (plane.xy - plane.wz);
+  return row.x + p.share.x * (row.y - row.x);
 }
 
 #ifdef SKIP
@@ -86,8 +95,7 @@ uniform ivec3 lastBrick;
 uniform vec3 brickLow, brickWidth;  // even axes: the lower face of brick i is at low + i * width
 
 ivec3 brickAt(vec3 local) {
-  vec3 node = textureAt(local) * vec3(nodeCount) - 0.5;
-  return clamp(ivec3(max(node, vec3(0.0)) / float(SKIP)), ivec3(0), lastBrick);
+  return min(ivec3(placeAt(local).node - firstNode) / SKIP, lastBrick);
 }
 
 // Where the ray leaves the brick; the outermost ones go on for ever, as the samples do.
@@ -111,8 +119,8 @@ float leavesBrick(ivec3 brick, vec3 origin, vec3 direction) {
 }
 #endif
 
-float sampleAt(vec3 t) {
-  float f = fieldAt(t);
+float sampleAt(Place p) {
+  float f = fieldAt(p);
 #ifdef GAPS
   f = abs(f) < kGapEdge ? f : kGap;
 #endif
@@ -130,10 +138,10 @@ bool isGap(float f) {
 // Differences between the points one node before and one after, in local units; at the border, to
 // the outermost node only (method §1). Exact for linear fields on any nodes.
 vec3 gradientAt(vec3 local) {
-  vec3 voxel = 1.0 / vec3(nodeCount);
-  vec3 first = 0.5 * voxel, last = 1.0 - first;
-  vec3 t = clamp(textureAt(local), first, last);
-  vec3 a = max(t - voxel, first), b = min(t + voxel, last), run = (b - a) / textureFromLocal;
+  Place p = placeAt(local);
+  vec3 x = min(p.node + p.share, lastNode);
+  vec3 a = max(x - 1.0, firstNode), b = min(x + 1.0, lastNode);
+  vec3 run = (b - a) / nodesFromLocal;
 #ifdef AXIS_X
   run.x = nodesBetween(nodesX, nodeCount.x, a.x, b.x);
 #endif
@@ -143,9 +151,9 @@ vec3 gradientAt(vec3 local) {
 #ifdef AXIS_Z
   run.z = nodesBetween(nodesZ, nodeCount.z, a.z, b.z);
 #endif
-  vec3 rise = vec3(fieldAt(vec3(b.x, t.yz)) - fieldAt(vec3(a.x, t.yz)),
-                   fieldAt(vec3(t.x, b.y, t.z)) - fieldAt(vec3(t.x, a.y, t.z)),
-                   fieldAt(vec3(t.xy, b.z)) - fieldAt(vec3(t.xy, a.z)));
+  vec3 rise = vec3(fieldAt(placeOf(vec3(b.x, x.yz))) - fieldAt(placeOf(vec3(a.x, x.yz))),
+                   fieldAt(placeOf(vec3(x.x, b.y, x.z))) - fieldAt(placeOf(vec3(x.x, a.y, x.z))),
+                   fieldAt(placeOf(vec3(x.xy, b.z))) - fieldAt(placeOf(vec3(x.xy, a.z))));
   return vec3(run.x > 0.0 ? rise.x / run.x : 0.0, run.y > 0.0 ? rise.y / run.y : 0.0,
               run.z > 0.0 ? rise.z / run.z : 0.0);
 }

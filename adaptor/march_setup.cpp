@@ -65,7 +65,8 @@ std::vector<glm::vec2> channelEdges(const IntervalPartition& partition, const Ba
   return edges;
 }
 
-MarchAxis::MarchAxis(const std::vector<double>& nodes, double centre, double scale) {
+MarchAxis::MarchAxis(const std::vector<double>& nodes, double centre, double scale,
+                     double domainLow) {
   const int count = int(nodes.size());
   if (count < 2) return;
   const double mean = (nodes.back() - nodes.front()) / (count - 1);
@@ -76,8 +77,11 @@ MarchAxis::MarchAxis(const std::vector<double>& nodes, double centre, double sca
     narrowest = std::min(narrowest, nodes[std::size_t(i) + 1] - nodes[std::size_t(i)]);
   }
   if (even) {
-    textureFromLocal = float(scale / (mean * count));
-    textureOrigin = float(((centre - nodes.front()) / mean + 0.5) / count);
+    // Blocks differ in a whole number, whatever the rounding of their nodes.
+    const double offset = (nodes.front() - domainLow) / mean, whole = std::floor(offset + 1e-6);
+    nodesFromLocal = float(scale / mean);
+    nodesOrigin = float((centre - domainLow) / mean - (offset - whole));
+    firstNode = float(whole);
     first = float((nodes.front() - centre) / scale);
     spacing = float(mean / scale);
     return;

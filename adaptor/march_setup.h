@@ -41,13 +41,15 @@ std::vector<glm::vec2> channelEdges(const IntervalPartition& partition, const Ba
 /// One axis of a block as march_field.glsl reads it.
 struct MarchAxis {
   bool even = true;
-  float textureFromLocal = 0.0f, textureOrigin = 0.5f;  ///< of an even axis
-  float first = 0.0f, spacing = 0.0f;                   ///< of its nodes, local
-  glm::vec3 guess{0.0f};                                ///< of an uneven one
+  /// Of an even axis: node = local * nodesFromLocal + nodesOrigin, the same in all blocks of a
+  /// domain that share the spacing and have samples where they overlap; the first one is whole.
+  float nodesFromLocal = 0.0f, nodesOrigin = 0.0f, firstNode = 0.0f;
+  float first = 0.0f, spacing = 0.0f;  ///< of its nodes, local
+  glm::vec3 guess{0.0f};               ///< of an uneven one
   int width = 0;
   std::vector<glm::vec4> texels;  ///< two rows of `width`: nodes, guesses
 
-  MarchAxis(const std::vector<double>& nodes, double centre, double scale);
+  MarchAxis(const std::vector<double>& nodes, double centre, double scale, double domainLow);
   /// Local position of a node, or beyond, of an even axis; 0 where there is but one.
   float nodeAt(int i) const { return first + float(i) * spacing; }
 };

@@ -78,9 +78,9 @@ struct Marcher::Setup {
 
   Setup(const MarchRequest& request, const BlockVolume& volume)
       : frame(request.domain, request.camera),
-        axes{MarchAxis(volume.grid().nodes[0], frame.centre.x, frame.scale),
-             MarchAxis(volume.grid().nodes[1], frame.centre.y, frame.scale),
-             MarchAxis(volume.grid().nodes[2], frame.centre.z, frame.scale)} {
+        axes{MarchAxis(volume.grid().nodes[0], frame.centre.x, frame.scale, request.domain.low.x),
+             MarchAxis(volume.grid().nodes[1], frame.centre.y, frame.scale, request.domain.low.y),
+             MarchAxis(volume.grid().nodes[2], frame.centre.z, frame.scale, request.domain.low.z)} {
     if (request.attenuation || request.reference) {
       base.emplace(request.base, request.partition, frame.scale);
     }
@@ -126,10 +126,7 @@ struct Marcher::Pass {
 };
 
 struct Marcher::Impl {
-  // Hardware filters with weights of eight bits; Mesa's rasteriser in single precision.
-  Impl(std::shared_ptr<gl::Device> device_, bool own)
-      : device(std::move(device_)),
-        ownFilter(own || device->info().renderer.find("llvmpipe") == std::string::npos) {}
+  explicit Impl(std::shared_ptr<gl::Device> device_) : device(std::move(device_)) {}
   ~Impl() {
     device->run([this] {
       volume.clear();
@@ -144,7 +141,6 @@ struct Marcher::Impl {
   RayImage march(const MarchRequest& request);
 
   std::shared_ptr<gl::Device> device;
-  bool ownFilter;  ///< the shader's, of samples
   BlockVolume volume;
   std::optional<gl::Buffer> planes;
   std::map<std::string, gl::Program> programs;
@@ -175,7 +171,6 @@ gl::Program& Marcher::Impl::program(const MarchRequest& request, const Setup& se
   flag("AXIS_X", !setup.axes[0].even);
   flag("AXIS_Y", !setup.axes[1].even);
   flag("AXIS_Z", !setup.axes[2].even);
-  flag("FILTER", ownFilter);
 
   std::string key;
   for (const auto& [name, value] : defines) key += name + "=" + value + ";";
@@ -199,12 +194,13 @@ void Marcher::Impl::setUniforms(const gl::Program& program, const MarchRequest& 
   f.Uniform1i(at("volume"), kVolumeUnit);
   const auto nodeCount = volume.grid().size();
   f.Uniform3i(at("nodeCount"), nodeCount[0], nodeCount[1], nodeCount[2]);
-  glm::vec3 from, textureOrigin, guesses[3];
+  glm::vec3 nodesFromLocal, nodesOrigin, firstNode, guesses[3];
   glm::vec3 brickLow, brickWidth;
   const char* const nodeNames[3] = {"nodesX", "nodesY", "nodesZ"};
   for (int i = 0; i < 3; ++i) {
-    from[i] = axes[std::size_t(i)].textureFromLocal;
-    textureOrigin[i] = axes[std::size_t(i)].textureOrigin;
+    nodesFromLocal[i] = axes[std::size_t(i)].nodesFromLocal;
+    nodesOrigin[i] = axes[std::size_t(i)].nodesOrigin;
+    firstNode[i] = axes[std::size_t(i)].firstNode;
     guesses[i] = axes[std::size_t(i)].guess;
     f.Uniform1i(at(nodeNames[i]), kNodesUnit + i);
     brickLow[i] = axes[std::size_t(i)].nodeAt(0);
@@ -215,8 +211,14 @@ void Marcher::Impl::setUniforms(const gl::Program& program, const MarchRequest& 
   f.Uniform3i(at("lastBrick"), brickCount[0] - 1, brickCount[1] - 1, brickCount[2] - 1);
   vec3("brickLow", brickLow);
   vec3("brickWidth", brickWidth);
-  vec3("textureFromLocal", from);
-  vec3("textureOrigin", textureOrigin);
+  vec3("nodesFromLocal", nodesFromLocal);
+  vec3("nodesOrigin", nodesOrigin);
+  vec3("firstNode", firstNode);
+  vec3("lastNode", firstNode + glm::vec3(nodeCount[0] - 1, nodeCount[1] - 1, nodeCount[2] - 1));
+  const glm::vec2 texelSize(1.0f / float(nodeCount[0]), 1.0f / float(nodeCount[1]));
+  const glm::vec2 cornerOrigin = (1.0f - glm::vec2(firstNode)) * texelSize;
+  f.Uniform2f(at("texelSize"), texelSize.x, texelSize.y);
+  f.Uniform2f(at("cornerOrigin"), cornerOrigin.x, cornerOrigin.y);
   f.Uniform3fv(at("guesses"), 3, glm::value_ptr(guesses[0]));
 
   const MarchRays rays(frame, request.camera, request.size);
@@ -326,8 +328,8 @@ RayImage Marcher::Impl::march(const MarchRequest& request) {
   return image;
 }
 
-Marcher::Marcher(std::shared_ptr<gl::Device> device, bool ownFilter)
-    : impl_(std::make_unique<Impl>(std::move(device), ownFilter)) {}
+Marcher::Marcher(std::shared_ptr<gl::Device> device)
+    : impl_(std::make_unique<Impl>(std::move(device))) {}
 Marcher::~Marcher() = default;
 
 void Marcher::upload(const BlockGrid& grid, const FillSlab& fill, int threads) {

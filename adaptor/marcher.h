@@ -13,9 +13,7 @@ namespace vestige {
 /// split analytically at interval boundaries. Programs and buffers are kept between calls.
 class Marcher {
  public:
-  /// `ownFilter`: the shader interpolates samples itself, as it does on devices that filter with
-  /// less than single precision.
-  explicit Marcher(std::shared_ptr<gl::Device> device, bool ownFilter = false);
+  explicit Marcher(std::shared_ptr<gl::Device> device);
   ~Marcher();
 
   /// Fills samples [z0, z1) x all y x all x (x fastest) of the block, normalised by the partition

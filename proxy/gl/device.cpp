@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "proxy/gl/device.h"
 
+#include <algorithm>
 #include <condition_variable>
 #include <cstdlib>
 #include <exception>
@@ -37,7 +38,10 @@ DeviceInfo describe(const Context& context, int threads) {
   info.vendor = text(GL_VENDOR);
   info.renderer = text(GL_RENDERER);
   info.version = text(GL_VERSION);
+  int layers = 0;
   functions().GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &info.maxTexture3D);
+  functions().GetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &layers);
+  info.maxTexture3D = std::min(info.maxTexture3D, layers);
   // Only Mesa's software rasteriser has threads that we choose.
   if (info.renderer.find("llvmpipe") != std::string::npos) info.threads = threads;
   return info;

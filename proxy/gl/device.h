@@ -12,7 +12,7 @@ struct DeviceInfo {
   std::string backend;  ///< "osmesa" or "egl"
   std::string vendor, renderer, version;
   int threads = 0;       ///< of the software rasteriser; 0 = not known
-  int maxTexture3D = 0;  ///< voxels a side
+  int maxTexture3D = 0;  ///< voxels a side, as a 3-D texture and as layers of 2-D ones
 };
 
 /// A headless OpenGL 4.3+ core context on a thread of its own (design.md "GL device"): every GL

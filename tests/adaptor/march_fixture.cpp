@@ -71,7 +71,7 @@ void expectSame(const RayImage& a, const RayImage& b, double tolerance) {
   EXPECT_LE(greatestDifference(a.reference, b.reference), tolerance) << "reference";
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, March, testing::Values("osmesa", "egl", "osmesa_filter"),
+INSTANTIATE_TEST_SUITE_P(Backends, March, testing::Values("osmesa", "egl"),
                          [](const auto& backend) { return backend.param; });
 
 }  // namespace vestige

@@ -28,13 +28,10 @@ void expectInvariants(const RayImage& image, const MarchRequest& request);
 /// All planes but runs and ends agree to `tolerance`.
 void expectSame(const RayImage& a, const RayImage& b, double tolerance);
 
-/// Run on each backend, and once with the shader's own filter of samples ("osmesa_filter").
+/// Run on each backend.
 class March : public testing::TestWithParam<std::string> {
  protected:
-  static Marcher make() {
-    const std::string name = GetParam();
-    return Marcher(sharedDevice(name.substr(0, name.find('_'))), name.ends_with("filter"));
-  }
+  static Marcher make() { return Marcher(sharedDevice(GetParam())); }
   Marcher marcher = make();
 };
 

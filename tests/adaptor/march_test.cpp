@@ -192,10 +192,7 @@ TEST(MarchBackends, Agree) {
   const Scene scene = Scene::even({24, 24, 24}, kUnit, waves);
   MarchRequest request = requestAll(kUnit, 0.15, 0.8, 16, perspective(kUnit));
   request.phong = true;
-  const RayImage image = marchWhole(osmesa, scene, request);
-  expectSame(image, marchWhole(egl, scene, request), 1e-6);
-  Marcher filter(sharedDevice("osmesa"), true);
-  expectSame(image, marchWhole(filter, scene, request), 2e-6);
+  expectSame(marchWhole(osmesa, scene, request), marchWhole(egl, scene, request), 1e-6);
 }
 
 }  // namespace

@@ -21,7 +21,9 @@ uniform vec2 ao;                // strength (0 = off), radius in world units
 
 out vec4 result;
 
-const int kSamples = 64;
+const float kPi = 3.14159265;
+const int kSlices = 8, kSteps = 6;
+const float kFlat = 0.01;  // a rise that is none, as a sine
 
 ivec2 size() { return textureSize(depth, 0).xy; }
 
@@ -57,31 +59,48 @@ vec3 derivedNormal(ivec2 pixel, float z) {
   return normalize(cross(down, right));  // rows run downward: this side faces the viewer
 }
 
-// How much of the hemisphere around n the layer's own neighbourhood covers. The kernel is the
-// projection of that hemisphere into the picture, hence anisotropic: points spread over the
-// hemisphere by the cosine rule, each read where it projects to; a neighbour occludes by its rise
-// above the tangent plane, the clamped <P(q) - P(p), n> of eq. 5.
-float occlusion(vec3 position, vec3 n, float z) {
-  vec3 side = normalize(abs(n.z) < 0.9 ? cross(n, vec3(0.0, 0.0, 1.0)) : cross(n, vec3(1.0, 0.0, 0.0)));
-  vec3 other = cross(n, side);
+// The integral of cos(angle - tilt) |sin(angle)| from 0, the viewer's direction, to `angle`.
+float arc(float angle, float tilt) {
+  return 0.25 * (cos(tilt) - cos(2.0 * angle - tilt) + 2.0 * angle * sin(tilt));
+}
+
+// The share of the hemisphere around n, by the cosine rule, that the layer's own neighbourhood
+// covers. The kernel is the projection of that hemisphere into the picture, hence anisotropic: it is
+// cut into slices through the line of sight, and what a neighbour covers of its slice is all below
+// its rise above the tangent plane, the clamped <P(q) - P(p), n> of eq. 5. Neighbours behind one
+// another cover the same directions, so the greatest rise on each side counts.
+float occlusion(vec2 pixel, vec3 position, vec3 n) {
+  vec3 sight = unproject.y > 0.5 ? normalize(-position) : vec3(0.0, 0.0, 1.0);
+  float reach = ao.y / pixelWorld(-position.z);
   float sum = 0.0;
-  for (int i = 0; i < kSamples; ++i) {
-    float u = (float(i) + 0.5) / float(kSamples);
-    float angle = 2.39996323 * float(i);       // golden angle: even without a random texture
-    float rise = sqrt(1.0 - u);
-    float reach = ao.y * fract(float(i) * 0.61803399 + 0.5);
-    vec3 offset = reach * (sqrt(u) * (cos(angle) * side + sin(angle) * other) + rise * n);
-    vec3 spot = position + offset;
-    float world = unproject.x * (unproject.y > 0.5 ? -spot.z : 1.0);
-    vec2 at = spot.xy / vec2(world, -world) + 0.5 * vec2(size());
-    float zq = depthAt(ivec2(floor(at)));
-    if (zq > 1e29) continue;
-    vec3 toward = positionAt(floor(at) + 0.5, zq) - position;
-    float far = length(toward);
-    float above = max(dot(toward, n) - 0.02 * ao.y, 0.0) / max(far, 1e-20);
-    sum += above * max(0.0, 1.0 - far * far / (4.0 * ao.y * ao.y));
+  for (int i = 0; i < kSlices; ++i) {
+    float turn = kPi * float(i) / float(kSlices);
+    vec2 across = vec2(cos(turn), sin(turn));
+    vec3 side = vec3(across.x, -across.y, 0.0);
+    side = normalize(side - dot(side, sight) * sight);
+    vec2 inSlice = vec2(dot(n, side), dot(n, sight));
+    float steepest = max(length(inSlice), 1e-6);  // the greatest sine of a rise in this slice
+    float tilt = atan(inSlice.x, inSlice.y);
+    float first = fract(0.61803399 * float(i));
+    for (float way = -1.0; way < 2.0; way += 2.0) {
+      float greatest = 0.0;
+      for (int j = 0; j < kSteps; ++j) {
+        float t = (float(j) + first) / float(kSteps);
+        vec2 at = floor(pixel + way * (1.0 + (reach - 1.0) * t) * across);
+        float z = depthAt(ivec2(at));
+        vec3 toward = positionAt(at + 0.5, z) - position;
+        float far = length(toward) / ao.y;
+        if (far > 0.0 && far < 1.0) {
+          greatest = max(greatest, dot(toward, n) / (ao.y * far) - kFlat);
+        }
+      }
+      // From the tangent plane up to the horizon, which cannot hide the viewer.
+      float plane = max(0.5 * kPi + way * tilt, 0.0);
+      float horizon = max(plane - asin(min(greatest / steepest, 1.0)), 0.0);
+      sum += steepest * (arc(plane, way * tilt) - arc(horizon, way * tilt));
+    }
   }
-  return sum / float(kSamples);
+  return sum / float(kSlices);
 }
 
 void main() {
@@ -95,7 +114,7 @@ void main() {
   vec3 n = texelFetch(normals, ivec3(pixel, layer), 0).xyz;
   if (derive || dot(n, n) < 0.25) n = derivedNormal(pixel, z);
   n = normalize(n);
-  float open = ao.x > 0.0 ? max(0.0, 1.0 - ao.x * 2.0 * occlusion(position, n, z)) : 1.0;
+  float open = ao.x > 0.0 ? max(0.0, 1.0 - ao.x * occlusion(vec2(pixel) + 0.5, position, n)) : 1.0;
   if (!shade) {
     result = vec4(vec3(open), 0.0);
     return;

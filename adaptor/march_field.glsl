@@ -14,8 +14,8 @@ uniform ivec3 nodeCount;
 uniform vec3 nodesFromLocal, nodesOrigin;  // even axes: node = local * from + origin
 uniform vec3 firstNode, lastNode;          // of the block; uneven axes count from 0
 uniform vec2 texelSize, cornerOrigin;      // texture coordinates of the corner after a node
-uniform sampler2D nodesX, nodesY, nodesZ;   // row 0: node, 1 / width, next node; row 1: guesses
-uniform vec3 guesses[3];                    // per axis: low, cells / length, cells
+uniform sampler2D nodesX, nodesY, nodesZ;  // row 0: node, 1 / width, next node; row 1: guesses
+uniform vec3 guesses[3];                   // per axis: low, cells / length, cells
 uniform float scale;
 
 const float kGap = 3e38;      // stands for a sample without data

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "explorer/cli.h"
 #include "proxy/archive.h"
+#include "proxy/error.h"
 
 namespace vestige::cli {
 namespace {
@@ -18,6 +21,9 @@ int run(const Options& options) {
       fmt::print("left out: {}: {}\n", finding.file, finding.problem);
     }
   }
+  if (!std::filesystem::is_directory(options.archive)) {
+    throw Error(ErrorCode::NotFound, "'" + options.archive + "' is no folder");
+  }
   std::vector<Finding> findings;
   {
     ProgressBar bar("check");
@@ -29,13 +35,12 @@ int run(const Options& options) {
     if (!finding.leftover) ++damage;
   }
   if (damage > 0) {
-    fmt::print("{}: {} problems{}\n", options.archive, damage,
+    fmt::print("{}: {} problem{}{}\n", options.archive, damage, damage == 1 ? "" : "s",
                options.repair ? "" : "; --repair rebuilds the table from the sound files");
     return 1;
   }
   // Leftovers of an interrupted run are no damage: every reader ignores them.
-  fmt::print("{}: {} rows, all sound{}\n", options.archive,
-             Archive(options.archive).rows().size(),
+  fmt::print("{}: {} rows, all sound{}\n", options.archive, Archive(options.archive).rows().size(),
              findings.empty() ? "" : "; leftovers of interrupted runs are read by nobody");
   return 0;
 }

@@ -89,7 +89,8 @@ void run(const Options& options) {
     compareArchives(options);
     return;
   }
-  const Measures m = measure(readPicture(options.a), readPicture(options.b));
+  const Picture a = readPicture(options.a), b = readPicture(options.b);
+  const Measures m = measure(a, b);
   fmt::print("{}\n", options.json ? jsonOf(m).dump(2) : textOf(m));
 }
 

@@ -78,6 +78,21 @@ std::string csvText(const std::string& text) {
 }
 
 std::vector<ArchiveRow> rowsPassing(const Archive& archive, const ExportFilter& filter) {
+  const auto require = [&](const char* what, const std::string& name, const auto& there,
+                           const auto& value) {
+    if (std::find(there.begin(), there.end(), value) != there.end()) return;
+    throw Error(ErrorCode::NotFound, archive.directory().string() + " has no " + what + " '" +
+                                         name + "'; `info` lists what there is");
+  };
+  const std::vector<long> cycles = archive.cycles();
+  for (long cycle : filter.cycles) require("cycle", std::to_string(cycle), cycles, cycle);
+  const auto named = [&](const char* what, const std::string& name,
+                         const std::vector<std::string>& there) {
+    if (!name.empty()) require(what, name, there, name);
+  };
+  named("field", filter.field, archive.fields());
+  named("view", filter.view, archive.views());
+  named("proxy", filter.proxy, archive.proxies());
   std::vector<ArchiveRow> rows;
   for (const ArchiveRow& row : archive.rows()) {
     const bool cycle =
@@ -93,7 +108,7 @@ std::vector<ArchiveRow> rowsPassing(const Archive& archive, const ExportFilter& 
   }
   if (rows.empty()) {
     throw Error(ErrorCode::NotFound, "nothing in " + archive.directory().string() +
-                                         " passes the filter; `info` lists what there is");
+                                         " passes all filters at once; `info` lists what there is");
   }
   return rows;
 }

@@ -150,8 +150,8 @@ std::string infoText(const json& info) {
   if (info["cycles"].empty()) return text + "  no step yet\n";
   text +=
       fmt::format("  {} steps: cycle {}\n", info["cycles"].size(), shortList(info["cycles"], 8));
-  text +=
-      fmt::format("  time: {} to {}\n", info["times"].front().dump(), info["times"].back().dump());
+  text += fmt::format("  time: {:.6g} to {:.6g}\n", info["times"].front().get<double>(),
+                      info["times"].back().get<double>());
   const json& domain = info["domain"];
   text += fmt::format("  domain: {} to {}\n", domain["low"].dump(), domain["high"].dump());
   for (const json& view : info["views"]) {
@@ -236,7 +236,7 @@ std::string timingsText(const json& timings) {
   for (const auto& row : table) {
     for (std::size_t c = 0; c < columns; ++c) widths[c] = std::max(widths[c], row[c].size());
   }
-  std::string text;
+  std::string text = "stages in seconds; peak_memory and bytes in bytes\n";
   for (const auto& row : table) {
     for (std::size_t c = 0; c < columns; ++c) {
       text += fmt::format("{}{:>{}}", c ? "  " : "", row[c], widths[c]);

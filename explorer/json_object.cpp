@@ -15,7 +15,7 @@ JsonObject::JsonObject(const nlohmann::json& json, std::string path)
 }
 
 const nlohmann::json* JsonObject::find(const char* key) {
-  known_.emplace_back(key);
+  if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.emplace_back(key);
   const auto found = json_.find(key);
   return found == json_.end() ? nullptr : &*found;
 }

@@ -96,7 +96,7 @@ std::optional<glm::dvec3> backgroundFromText(const std::string& text) {
   if (text == "grey" || text == "gray") return glm::dvec3(0.5);
   unsigned red = 0, green = 0, blue = 0;
   int used = 0;
-  if (text.size() == 7 &&
+  if (text.size() == 7 && text.find_first_not_of("0123456789abcdefABCDEF", 1) == text.npos &&
       std::sscanf(text.c_str(), "#%2x%2x%2x%n", &red, &green, &blue, &used) == 3 && used == 7) {
     return glm::dvec3(red, green, blue) / 255.0;
   }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "explorer/json_object.h"
@@ -60,7 +61,11 @@ void readStep(JsonObject& object, Look& look) {
   std::vector<double> size, rotate;
   readFixed(object, "size", 2, size);
   if (!size.empty()) {
-    if (size[0] != int(size[0]) || size[1] != int(size[1])) object.fail("size", "must be integers");
+    for (double side : size) {
+      if (!(side >= 1.0 && side <= 16384.0) || side != std::floor(side)) {
+        object.fail("size", "must be integers in [1, 16384], not " + object.find("size")->dump());
+      }
+    }
     look.size = ImageSize{int(size[0]), int(size[1])};
   }
   readFixed(object, "rotate", 3, rotate);

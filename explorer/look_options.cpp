@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -18,9 +19,10 @@ namespace {
 
 std::string textOfFile(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(ErrorCode::Io, "look '" + path + "' cannot be read");
   std::ostringstream text;
   text << file.rdbuf();
+  if (!file || std::filesystem::is_directory(path))
+    throw Error(ErrorCode::Io, "look '" + path + "' cannot be read");
   return text.str();
 }
 
@@ -48,10 +50,10 @@ std::vector<double> numbersFromText(const std::string& option, const std::string
     numbers.push_back(number);
   }
   if (numbers.size() < least || numbers.size() > most) {
-    throw Error(ErrorCode::Config,
-                option + " '" + text + "' holds " + std::to_string(numbers.size()) +
-                    " numbers, not " +
-                    (least == most ? std::to_string(least) : std::to_string(least) + " or more"));
+    throw Error(ErrorCode::Config, option + " '" + text + "' holds " +
+                                       std::to_string(numbers.size()) + " numbers, not " +
+                                       (least == most ? "" : std::to_string(least) + " to ") +
+                                       std::to_string(most));
   }
   return numbers;
 }
@@ -73,7 +75,8 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
   command.add_option("--color-range", colorRange_, "LOW,HIGH of the colour map");
   command.add_option("--via", via_, "auto, length, attenuation");
   command.add_option("--order", order_, "auto, runs, mean");
-  command.add_option("--light", lights_, "Light from AZ,EL[,INTENSITY]; may be repeated");
+  command.add_option("--light", lights_, "Light from AZ,EL[,INTENSITY]; may be repeated")
+      ->allow_extra_args(false);
   command.add_option("--shading", shading_, "none, phong");
   command.add_option("--normals", normals_, "stored, depth");
   command.add_flag("--ao", ao_, "Proxy ambient occlusion");
@@ -91,7 +94,15 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
 
 Look LookOptions::look() const {
   const auto given = [&](const char* option) { return command_->count(option) > 0; };
-  Look start = lookFile_.empty() ? Look{} : lookFromText(textOfFile(lookFile_));
+  Look start;
+  if (!lookFile_.empty()) {
+    const std::string text = textOfFile(lookFile_);
+    try {
+      start = lookFromText(text);
+    } catch (const Error& error) {
+      throw Error(error.code(), "--look '" + lookFile_ + "': " + error.what());
+    }
+  }
   if (given("--step") || given("--time")) {
     start.cycle.reset();
     start.time.reset();

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <exception>
+#include <string>
 
 #include "explorer/cli.h"
 #include "proxy/error.h"
@@ -11,6 +12,7 @@
 
 int main(int argc, char** argv) {
   CLI::App app{"Explores archives of Vestige: pictures from proxies, without the raw fields."};
+  app.name("vestige-explorer");
   app.set_version_flag("--version", std::string("vestige-explorer ") + vestige::kVersion);
   app.require_subcommand(1);
   app.fallthrough(false);
@@ -23,6 +25,13 @@ int main(int argc, char** argv) {
   addCheck(app, exitCode);
   addDoctor(app, exitCode);
   addExport(app, exitCode);
+  if (argc > 1 && argv[1][0] != '-' &&
+      app.get_subcommands([&](CLI::App* command) { return command->check_name(argv[1]); })
+          .empty()) {
+    fmt::print(stderr, "No command is called '{}'\nRun with --help for more information.\n",
+               argv[1]);
+    return 2;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

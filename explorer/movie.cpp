@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "explorer/movie.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -74,7 +76,8 @@ std::vector<Look> looksOfTurn(const Look& look, double degrees, int frames) {
                 "a turn of " + std::to_string(frames) + " frames: 2 to 100000 are possible");
   }
   if (!std::isfinite(degrees) || degrees == 0.0) {
-    throw Error(ErrorCode::InvalidArgument, "a turn of " + std::to_string(degrees) + " degrees");
+    throw Error(ErrorCode::InvalidArgument,
+                fmt::format("a turn of {:g} degrees: it must be finite and not 0", degrees));
   }
   std::vector<Look> looks;
   for (int i = 0; i < frames; ++i) {
@@ -93,8 +96,9 @@ void writeMovie(const std::filesystem::path& path, Renderer& renderer,
                 const std::function<void(int, int)>& progress) {
   if (looks.empty()) throw Error(ErrorCode::NotFound, "a movie needs at least one step");
   if (!(framesPerSecond >= 0.1 && framesPerSecond <= 240.0)) {
-    throw Error(ErrorCode::InvalidArgument, "a movie of " + std::to_string(framesPerSecond) +
-                                                " frames a second: 0.1 to 240 are possible");
+    throw Error(
+        ErrorCode::InvalidArgument,
+        fmt::format("a movie of {:g} frames a second: 0.1 to 240 are possible", framesPerSecond));
   }
   const int total = int(looks.size());
   if (progress) progress(0, total);

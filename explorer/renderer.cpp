@@ -26,13 +26,14 @@ std::string numberOf(double value) {
 }
 
 std::string chosen(const std::string& wanted, const std::vector<std::string>& there,
-                   const char* what) {
-  if (there.empty()) throw Error(ErrorCode::NotFound, "the archive holds no step yet");
+                   const Archive& archive, const char* what) {
+  const std::string name = "archive " + archive.directory().string();
+  if (there.empty()) throw Error(ErrorCode::NotFound, name + " holds no step yet");
   if (wanted.empty()) return there.front();
   const auto found = std::find(there.begin(), there.end(), wanted);
   if (found == there.end()) {
-    throw Error(ErrorCode::NotFound, std::string("the archive has no ") + what + " '" + wanted +
-                                         "'; there are: " + listed(there));
+    throw Error(ErrorCode::NotFound,
+                name + " has no " + what + " '" + wanted + "'; there are: " + listed(there));
   }
   return *found;
 }
@@ -117,8 +118,8 @@ long cycleOf(const Look& look, const Archive& archive) {
   const std::size_t shown = std::min<std::size_t>(cycles.size(), 12);
   for (std::size_t i = 0; i < shown; ++i) there += (i ? ", " : "") + std::to_string(cycles[i]);
   if (shown < cycles.size()) there += ", ... " + std::to_string(cycles.back());
-  throw Error(ErrorCode::NotFound,
-              "the archive has no cycle " + std::to_string(*look.cycle) + "; there are: " + there);
+  throw Error(ErrorCode::NotFound, "archive " + archive.directory().string() + " has no cycle " +
+                                       std::to_string(*look.cycle) + "; there are: " + there);
 }
 
 struct Renderer::Impl {
@@ -342,8 +343,8 @@ Rendered Renderer::render(const Look& look) {
   const Archive& archive = *self.archive;
   Rendered out;
   const long cycle = cycleOf(look, archive);
-  const std::string field = chosen(look.field, archive.fields(), "field");
-  const std::string viewName = chosen(look.view, archive.views(), "view");
+  const std::string field = chosen(look.field, archive.fields(), archive, "field");
+  const std::string viewName = chosen(look.view, archive.views(), archive, "view");
   self.device->run([&] {
     ViewData& base = self.views->get(cycle, viewName, field);
     const Camera stored = base.header().camera;

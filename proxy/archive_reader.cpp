@@ -26,6 +26,8 @@ std::vector<Value> distinct(const std::vector<ArchiveRow>& rows, Member member) 
 Archive::Archive(std::filesystem::path directory) : directory_(std::move(directory)) {
   std::filesystem::path table = directory_ / kTableName;
   std::error_code failed;
+  if (!std::filesystem::exists(directory_, failed))
+    throw Error(ErrorCode::NotFound, "archive '" + directory_.string() + "' does not exist");
   if (!std::filesystem::exists(table, failed))
     throw Error(ErrorCode::NotFound,
                 "'" + directory_.string() + "' is no archive: it has no " + kTableName);

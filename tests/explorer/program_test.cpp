@@ -175,7 +175,8 @@ TEST_F(Program, TellsErrorsFromWrongCommandLines) {
     EXPECT_NE(outcome.text.find(word), std::string::npos) << outcome.text;
   };
   says("render", 2, "archive");
-  says("paint", 2, "subcommand");
+  says("paint", 2, "'paint'");
+  says("paint render " + archive(), 2, "'paint'");
   says("info /nowhere.cdb", 1, "/nowhere.cdb");
   says("render " + archive() + " -o x.tiff", 1, ".png or .exr");
   says("render " + archive() + " -o x.png --step 7", 1, "0, 10, 20");
@@ -184,6 +185,15 @@ TEST_F(Program, TellsErrorsFromWrongCommandLines) {
   says("render " + archive() + " -o x.png --colormap mauve", 1, "viridis");
   says("render " + archive() + " -o x.png --look /nowhere.json", 1, "/nowhere.json");
   says("render " + archive() + " -o /nowhere/x.png", 1, "/nowhere/x.png");
+  says("render --light 1,2 --light -3,4,5,6 " + archive() + " -o x.png", 1, "2 to 3");
+  says("render " + archive() + " -o x.png --look /", 1, "'/' cannot be read");
+  says("render " + archive() + " -o x.png --background '#+1+2+3'", 1, "'#+1+2+3'");
+  says("movie " + archive() + " -o x.mp4 --fps 0", 1, "0 frames a second");
+  says("movie " + archive() + " -o x.mp4 --step 10", 1, "--step");
+  says("movie " + archive() + " -o x.mp4 --frames 3", 2, "--turn");
+  says("compare /nowhere.png /neither.png", 1, "/nowhere.png");
+  says("export " + archive() + " -o x --proxy nope", 1, "'nope'");
+  says("check /nowhere.cdb", 1, "'/nowhere.cdb' is no folder");
 }
 
 TEST_F(Program, WorksOnAnArchiveThatStandsAloneInAnEmptyFolder) {

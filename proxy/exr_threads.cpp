@@ -69,22 +69,29 @@ void forEachOnExrThreads(int count, const std::function<void(int)>& work) {
     for (int i = 0; i < count; ++i) work(i);
     return;
   }
-  std::mutex mutex;
+  std::recursive_mutex mutex;  // a pool without threads runs jobs where they are made
   std::exception_ptr first;
   {
     IlmThread::TaskGroup group;  // its destructor waits
+    // The pool hands tasks over by means that ThreadSanitizer does not see: it sees the mutex, held
+    // while there are jobs to make and at both ends of each.
+    const std::lock_guard making(mutex);
     for (int i = 0; i < count; ++i) {
       auto guarded = [&, i] {
+        { const std::lock_guard made(mutex); }
+        std::exception_ptr failure;
         try {
           work(i);
         } catch (...) {
-          std::lock_guard lock(mutex);
-          if (!first) first = std::current_exception();
+          failure = std::current_exception();
         }
+        const std::lock_guard done(mutex);
+        if (failure && !first) first = failure;
       };
       IlmThread::ThreadPool::addGlobalTask(new Job(&group, guarded));
     }
   }
+  const std::lock_guard all(mutex);
   if (first) std::rethrow_exception(first);
 }
 

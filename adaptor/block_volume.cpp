@@ -14,10 +14,11 @@ namespace {
 
 constexpr std::size_t kStagingBytes = 8u << 20;  ///< of a slab on its way to the texture
 
-void setFilter(GLenum target, GLint filter) {
+/// Texels are read as they are: what lies between samples is the shader's to interpolate.
+void setNearest(GLenum target) {
   const gl::Functions& f = gl::functions();
-  f.TexParameteri(target, GL_TEXTURE_MIN_FILTER, filter);
-  f.TexParameteri(target, GL_TEXTURE_MAG_FILTER, filter);
+  f.TexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  f.TexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
   for (GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
     f.TexParameteri(target, wrap, GL_CLAMP_TO_EDGE);
   }
@@ -40,7 +41,7 @@ gl::Texture makeTable(int unit, int width, const std::vector<glm::vec4>& texels)
   table.bind(unit);
   const int height = int(texels.size()) / width;
   f.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, width, height);
-  setFilter(GL_TEXTURE_2D, GL_NEAREST);
+  setNearest(GL_TEXTURE_2D);
   f.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, GL_RGBA, GL_FLOAT, texels.data());
   return table;
 }
@@ -50,7 +51,7 @@ BrickTexture::BrickTexture(const BrickGrid& bricks, const std::vector<glm::vec4>
   const auto [x, y, z] = bricks.size();
   texture_.bind(kBricksUnit);
   f.TexStorage3D(GL_TEXTURE_3D, 1, GL_RGBA32F, x, y, z);
-  setFilter(GL_TEXTURE_3D, GL_NEAREST);
+  setNearest(GL_TEXTURE_3D);
   f.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, x, y, z, GL_RGBA, GL_FLOAT, texels.data());
 }
 
@@ -83,7 +84,7 @@ void BlockVolume::allocate(std::array<int, 3> size, int most) {
   texture_.emplace(GL_TEXTURE_2D_ARRAY);
   bind();
   f.TexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_R32F, size[0], size[1], size[2]);
-  setFilter(GL_TEXTURE_2D_ARRAY, GL_NEAREST);
+  setNearest(GL_TEXTURE_2D_ARRAY);
   try {
     gl::checkErrors("the allocation of a block's texture");
   } catch (...) {

@@ -27,11 +27,11 @@ class BrickGrid {
   std::array<int, 3> size() const { return size_; }
   bool hasGaps() const;
 
-  /// What march.glsl asks of a brick: (channel, least, largest value, integral of
-  /// the base function up to there or 0). The channel is the one
-  /// that every sample in the brick is in, by `edges` (channelEdges()); negative where there are
-  /// several, where a sample without data is near, or where `base` is given and not transparent
-  /// throughout. A brick all without data has an empty range, +infinity to -infinity.
+  /// What march.glsl asks of a brick: (channel, least, largest value, integral of the base function
+  /// up to the least or 0). The channel is the one that every sample in the brick is in, by `edges`
+  /// (channelEdges()); negative where there are several, where a sample without data is near, or
+  /// where `base` is given and not transparent throughout. A brick all without data has an empty
+  /// range, +infinity to -infinity.
   std::vector<glm::vec4> texels(std::span<const glm::vec2> edges, const BaseTable* base) const;
 
  private:

@@ -9,6 +9,7 @@
 #include <optional>
 #include <tuple>
 
+#include "proxy/layered_layout.h"
 #include "proxy/proxy_layout.h"
 
 namespace vestige {
@@ -51,6 +52,13 @@ Rule ruleFor(const ProxyHeader& header, const ProxyPart& part, const std::string
     const double slack = kComputed * std::max({s.high - s.low, std::abs(s.low), std::abs(s.high)});
     return {"within the field's range, or NaN", s.low - slack, s.high + slack, NAN};
   }
+  if (part.name == "boundaries") {
+    const DepthRange range = depthRange(header.camera, header.domain);
+    const double slack = part.error + kComputed * (range.high - range.low);
+    return {"a depth within the domain or 0", range.low - slack, range.high + slack, 0.0f};
+  }
+  if (part.name == "tau") return {"an optical depth 0 .. 64", 0.0, 64.0, {}};
+  if (part.name == "state") return {"0, 1 or 2", 0.0, 2.0, {}, true};
   if (channel == "A") return {"an opacity", 0.0, fraction, {}};
   return {"light >= 0", 0.0, std::numeric_limits<float>::max(), {}};
 }
@@ -105,6 +113,8 @@ class Checker {
       checkSingle("mip", {"value"});
     else if (kind == kind::kReference)
       checkSingle("reference", {"R", "G", "B", "A"});
+    else if (kind == kind::kLayered)
+      checkLayered();
     else
       report("its kind '{}' is unknown", kind);
     return std::move(problems_);
@@ -226,6 +236,38 @@ class Checker {
              return norm == 0.0 || std::abs(norm - 1.0) <= 0.02;
            });
     }
+  }
+
+  void checkLayered() {
+    const int layers = layersOf(image_);
+    if (layers < 1 || layers > kMostLayers) {
+      report("it has {} layers, not 1 to {}", layers, kMostLayers);
+      return;
+    }
+    requireParts(std::size_t(layers) + 3);
+    std::vector<std::string> taus, depths;
+    for (int i = 0; i < layers; ++i) taus.push_back(fmt::format("t{:02d}", i));
+    for (int i = 0; i <= layers; ++i) depths.push_back(fmt::format("z{:02d}", i));
+    const ProxyPart* tau = partWith("tau", taus);
+    const ProxyPart* boundaries = partWith("boundaries", depths);
+    const ProxyPart* states = partWith("state", {"state"});
+    if (!tau || !boundaries || !states) return;
+    if (!inRange(*tau) || !inRange(*boundaries) || !inRange(*states)) return;
+    const std::vector<float>& state = states->channels[0].values;
+    const auto emptyIsZero = [&](float v, std::size_t i) { return state[i] > 0.0f || v == 0.0f; };
+    for (int layer = 0; layer < layers; ++layer) {
+      const ProxyPart* color = partWith(fmt::format("layer{:02d}", layer), {"R", "G", "B"});
+      if (!color || !inRange(*color)) continue;
+      for (const Channel& channel : color->channels)
+        each(*color, channel, "0 where the state is 0", emptyIsZero);
+      each(*tau, tau->channels[std::size_t(layer)], "0 where the state is 0", emptyIsZero);
+    }
+    for (std::size_t b = 0; b < depths.size(); ++b)
+      each(*boundaries, boundaries->channels[b],
+           "deeper than the one before, or 0 where the state is 0", [&](float v, std::size_t i) {
+             if (state[i] == 0.0f) return v == 0.0f;
+             return b == 0 || v > boundaries->channels[b - 1].values[i];
+           });
   }
 
   /// A kind of one part whose values have ranges and nothing else.

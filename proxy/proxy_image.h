@@ -15,13 +15,14 @@ namespace vestige {
 
 inline constexpr int kSchemaVersion = 1;
 
-/// The proxies of method §2, by the name they have in archives.
+/// The proxies of method §2 and §3, by the name they have in archives.
 namespace kind {
 inline constexpr std::string_view kAttenuation = "attenuation";
 inline constexpr std::string_view kLength = "length";
 inline constexpr std::string_view kDepth = "depth";
 inline constexpr std::string_view kMip = "mip";
 inline constexpr std::string_view kReference = "reference";
+inline constexpr std::string_view kLayered = "layered";
 }  // namespace kind
 
 /// Everything that a proxy says of itself; the EXR attributes of docs/archive-format.md.
@@ -38,6 +39,7 @@ struct ProxyHeader {
   std::optional<IntervalPartition> partition;  ///< attenuation, length
   std::optional<TransferFunction> base;        ///< the run's base transfer function
   std::vector<double> isovalues;               ///< depth: one per layer
+  std::string shading;                         ///< layered: the light that its colours hold
   FieldStatistics statistics;
   std::string provenance;  ///< "vestige 0.1.0; ..." free text
   std::string note;        ///< what the user's config says about the run
@@ -67,6 +69,11 @@ struct Channel {
 ///                             space, turned to the viewer; half), MM = 00..
 /// mip          mip            value: in the field's units, NaN where no data;            float
 /// reference    reference      R, G, B (linear, premultiplied, over nothing), A;          half
+/// layered      layerMM        R, G, B: premultiplied linear light of layer MM alone;        half
+///              tau            tMM: its optical depth along the ray;                     half
+///              boundaries     zMM: planar depth of its near face; the last one is the
+///                             far face of the last layer; 0 = the ray is empty;         half
+///              state          state: LayeredState;                                      half
 /// A part's values are stored divided by `unit` after subtracting `zero`; readers undo it, so
 /// in memory every channel is in the unit that the table gives and ℓ, z̄ are world units. Where
 /// zero != 0 a stored 0 means missing and is 0 in memory. proxy_layout.h makes parts whose values

@@ -10,44 +10,18 @@
 
 #include "proxy/error.h"
 #include "proxy/exr_threads.h"
-#include "proxy/storage_scale.h"
+#include "proxy/storage_quantiser.h"
 
 namespace vestige {
 namespace {
 
-/// A half below 2^-13 is a whole number of these, up to 2047 of them: with such a unit the bits of
-/// a stored value are a small integer, which is what deflate's predictor wants to see.
-constexpr double kHalfQuantum = 0x1p-24;
-
 constexpr double kFractionStep = 0x1p-12;
 constexpr double kLengthSteps = 8192.0;  ///< per domain diagonal
 constexpr double kDepthLevels = 2046.0;  ///< of mean depth over the domain
-constexpr double kMostRuns = 2047.0;
+constexpr double kMostRuns = kHalfLevels;
 constexpr double kLayerDepthSteps = 0x1p20;  ///< per domain diagonal, at least
 constexpr double kMipSteps = 0x1p16;         ///< over the field's range, at least
 constexpr double kNormalSteps = 128.0;
-
-/// The nearest whole number that a half holds exactly as that many quanta.
-double roundToHalf(double quanta) {
-  if (quanta < 2048.0) return std::nearbyint(quanta);
-  const double grain = std::exp2(std::ilogb(quanta) - 10);
-  return std::nearbyint(quanta / grain) * grain;
-}
-
-/// Rounds values >= 0 to whole steps.
-class Quantiser {
- public:
-  Quantiser(double step, double zero = 0.0)
-      : scale_{step / kHalfQuantum, zero}, zero_(zero), perStep_(1.0 / step) {}
-  float operator()(double value) const {
-    return scale_.memory(float(roundToHalf((value - zero_) * perStep_) * kHalfQuantum));
-  }
-  double unit() const { return scale_.unit; }
-
- private:
-  StorageScale scale_;
-  double zero_, perStep_;
-};
 
 void requireSize(const char* what, std::span<const float> planes, std::size_t count,
                  ImageSize size) {

@@ -34,8 +34,6 @@ class Marcher {
   const Times& times() const;
 
  private:
-  struct Setup;
-  struct Pass;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

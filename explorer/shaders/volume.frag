@@ -1,0 +1,307 @@
+#version 300 es
+// SPDX-License-Identifier: BSD-3-Clause
+// Ray casting of a 3-D grid (method §1). A point of the pixel's ray is `start + z * along` in cells
+// of the grid, z = planar depth from the depth of the medium's centre; samples stand at whole
+// multiples of `stepDepth`, and the first and the last step are cut at the medium's faces.
+// VolumePass defines SCALAR (values and a table, else optics), MAXIMUM, ISOSURFACE, SLICE, LIT,
+// OPEN (ambient occlusion), GUESS and SKIP.
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+precision highp sampler3D;
+precision highp usampler3D;
+
+uniform sampler3D values;
+uniform vec3 cells;              // of the grid
+uniform vec3 texelFromCell;      // 1 / cells
+uniform vec3 start[3], along[3]; // at pixel (0, 0), and their change a pixel in x and y
+uniform vec4 tangent;            // of the ray's angle at pixel (0, 0), and its change a pixel
+uniform vec3 low, high;          // of the medium, in cells
+uniform float nearest;           // least z
+uniform vec3 clipLow, clipHigh;  // in clip coordinates, clipFromCell * point
+uniform mat4 clipFromCell;
+uniform float stepDepth;
+uniform float opaque;
+uniform float scale;             // optics: extinction of a texel of 1
+uniform float depthOrigin;       // planar depth where z = 0
+#ifdef SKIP
+uniform usampler3D leaps;
+uniform ivec3 lastBrick;
+#endif
+#ifdef SCALAR
+uniform sampler2D table;         // row 0: integral up to an entry, row 1: mean over it
+uniform vec2 entryFromTexel;     // entry = texel * x + y
+#endif
+#ifdef ISOSURFACE
+uniform int surfaces;
+uniform float isovalues[8];      // as texels, rising
+uniform vec4 surfaceColors[8];   // linear RGB, opacity
+#endif
+#ifdef SLICE
+uniform vec4 plane;              // in cells
+uniform float thickness;         // world length of its opacity
+#endif
+#ifdef LIT
+uniform mat3 eyeFromGradient;    // gradient along cells to eye space
+uniform int lights;
+uniform vec4 lightFrom[8];       // unit direction to the light in eye space, intensity
+uniform vec4 material;           // ambient, diffuse, specular, shininess
+uniform float flatSlope;         // slopes a cell below it, as a share of the sample, are not lit
+#endif
+#ifdef OPEN
+uniform sampler3D open;
+uniform float openStrength;
+#endif
+#ifdef GUESS
+uniform sampler3D guess;
+#endif
+
+layout(location = 0) out vec4 color;
+layout(location = 1) out vec4 info;  // r = mean planar depth, g = share of guess
+
+const int kBrick = 8, kRun = 4;
+const float kNoValueEdge = -1e20, kFar = 1e30;
+
+vec4 texelAt(vec3 cell) { return texture(values, cell * texelFromCell); }
+
+#ifdef SCALAR
+float valueAt(vec3 cell) { return texelAt(cell).r; }
+bool known(float value) { return value > kNoValueEdge; }
+
+struct Entry {
+  float x;
+  vec4 integral, mean;
+};
+
+Entry entryAt(float value) {
+  ivec2 count = textureSize(table, 0);
+  float x = clamp(value * entryFromTexel.x + entryFromTexel.y, 0.0, float(count.x));
+  int cell = min(int(x), count.x - 1);
+  vec4 mean = texelFetch(table, ivec2(cell, 1), 0);
+  return Entry(x, texelFetch(table, ivec2(cell, 0), 0) + (x - float(cell)) * mean, mean);
+}
+
+// Mean optics of a stretch along which the value is linear.
+vec4 meanBetween(Entry a, Entry b) {
+  float rise = b.x - a.x;
+  return abs(rise) > 1.0 ? max((b.integral - a.integral) / rise, 0.0) : 0.5 * (a.mean + b.mean);
+}
+#endif
+
+// Where the ray is between two faces of a box, cut from `span`.
+void cut(inout vec2 span, vec3 from, vec3 way, vec3 boxLow, vec3 boxHigh) {
+  for (int axis = 0; axis < 3; ++axis) {
+    float o = from[axis], d = way[axis];
+    if (abs(d) < 1e-12) {
+      if (o < boxLow[axis] || o > boxHigh[axis]) span.y = span.x - 1.0;
+      continue;
+    }
+    float a = (boxLow[axis] - o) / d, b = (boxHigh[axis] - o) / d;
+    span = vec2(max(span.x, min(a, b)), min(span.y, max(a, b)));
+  }
+}
+
+#ifdef LIT
+float slopeSample(vec3 cell) {
+#ifdef SCALAR
+  return texelAt(cell).r;
+#else
+  return texelAt(cell).a;
+#endif
+}
+
+// Blinn-Phong with the gradient as normal, turned to the viewer: light on the own colour, and white.
+vec2 shade(vec3 cell, vec3 toViewer, float amount) {
+  vec3 before = vec3(slopeSample(cell - vec3(1, 0, 0)), slopeSample(cell - vec3(0, 1, 0)),
+                     slopeSample(cell - vec3(0, 0, 1)));
+  vec3 after = vec3(slopeSample(cell + vec3(1, 0, 0)), slopeSample(cell + vec3(0, 1, 0)),
+                    slopeSample(cell + vec3(0, 0, 1)));
+  vec3 slope = 0.5 * (after - before);
+  vec3 n = eyeFromGradient * slope;
+  float steepness = length(n);
+  float sum = material.x + material.y, white = 0.0;
+  bool lit = steepness > 0.0 && max(abs(slope.x), max(abs(slope.y), abs(slope.z))) > flatSlope * amount;
+  if (!lit) return vec2(sum, 0.0);
+  n /= steepness;
+  if (dot(n, toViewer) < 0.0) n = -n;
+  float diffuse = 0.0;
+  for (int i = 0; i < lights; ++i) {
+    vec3 toLight = lightFrom[i].xyz;
+    float facing = max(dot(n, toLight), 0.0);
+    diffuse += lightFrom[i].w * facing;
+    vec3 halfway = normalize(toLight + toViewer);
+    if (facing > 0.0) white += lightFrom[i].w * pow(max(dot(n, halfway), 0.0), material.w);
+  }
+  return vec2(material.x + material.y * diffuse, material.z * white);
+}
+#endif
+
+// What light makes of `emission` of opacity `alpha`, both of one step.
+vec3 lit(vec3 emission, float alpha, vec3 cell, vec3 toViewer, float amount) {
+#ifdef LIT
+  vec2 light = alpha > 1e-3 ? shade(cell, toViewer, amount) : vec2(material.x + material.y, 0.0);
+  emission = emission * light.x + alpha * light.y;
+#endif
+#ifdef OPEN
+  emission *= 1.0 - openStrength * (1.0 - texture(open, cell * texelFromCell).r);
+#endif
+  return emission;
+}
+
+void main() {
+  vec2 pixel = gl_FragCoord.xy;
+  vec3 from = start[0] + pixel.x * start[1] + pixel.y * start[2];
+  vec3 way = along[0] + pixel.x * along[1] + pixel.y * along[2];
+  vec2 angle = tangent.xy + pixel * tangent.zw;
+  float rate = sqrt(1.0 + dot(angle, angle));  // length of ray a depth
+  vec3 toViewer = vec3(-angle, 1.0) / rate;
+  vec2 span = vec2(nearest, kFar);
+  cut(span, from, way, low, high);
+  cut(span, (clipFromCell * vec4(from, 1.0)).xyz, mat3(clipFromCell) * way, clipLow, clipHigh);
+  color = vec4(0.0);
+  info = vec4(kFar, 0.0, 0.0, 1.0);
+  if (!(span.x < span.y)) return;
+
+  vec3 sum = vec3(0.0);
+  float left = 1.0, depthSum = 0.0, guessSum = 0.0;
+
+#define ADD(emission, alpha, z, cell)                                   \
+  {                                                                     \
+    vec3 cell_ = cell;                                                  \
+    float weight_ = left * (alpha);                                     \
+    sum += left * (emission);                                           \
+    depthSum += weight_ * (z);                                          \
+    ADD_GUESS(weight_, cell_)                                           \
+    left -= weight_;                                                    \
+  }
+#ifdef GUESS
+#define ADD_GUESS(weight, cell) guessSum += weight * texture(guess, cell * texelFromCell).r;
+#else
+#define ADD_GUESS(weight, cell)
+#endif
+
+#ifdef SLICE
+  float z = (plane.w - dot(plane.xyz, from)) / dot(plane.xyz, way);
+  if (!(z >= span.x && z <= span.y)) return;
+  vec3 cell = from + z * way;
+#ifdef SCALAR
+  float value = valueAt(cell);
+  if (!known(value)) return;
+  vec4 optics = entryAt(value).mean;
+  float opacity = 1.0;
+  vec3 own = optics.rgb;  // a slice's table holds colours of opacity 1
+#else
+  vec4 optics = texelAt(cell) * scale;
+  float opacity = 1.0 - exp(-optics.a * thickness);
+  vec3 own = optics.a > 0.0 ? optics.rgb / optics.a : vec3(0.0);
+#endif
+  ADD(opacity * own, opacity, z, cell)
+#else
+
+  float k = floor(span.x / stepDepth);
+  float zFirst = span.x;
+#ifdef SCALAR
+  bool have = false;
+  float value0 = 0.0;
+#if !defined(ISOSURFACE) && !defined(MAXIMUM)
+  Entry entry0 = Entry(0.0, vec4(0.0), vec4(0.0));
+#endif
+#endif
+#ifdef MAXIMUM
+  float greatest = kNoValueEdge, greatestAt = 0.0;
+#endif
+  bool going = true;
+  while (going) {
+    float z0 = max(k * stepDepth, zFirst);
+    if (z0 >= span.y) break;
+#ifdef SKIP
+    {
+      vec3 cell = from + z0 * way;
+      ivec3 brick = clamp(ivec3(cell) / kBrick, ivec3(0), lastBrick);
+      int leap = int(texelFetch(leaps, brick, 0).r);
+      if (leap > 0) {
+        // To the step in which the ray leaves the cube of empty bricks.
+        vec3 face = vec3(brick) + mix(vec3(1 - leap), vec3(leap), greaterThan(way, vec3(0.0)));
+        vec3 exits = (face * float(kBrick) - cell) / way;
+        exits = mix(exits, vec3(kFar), lessThan(abs(way), vec3(1e-12)));
+        float kExit = floor(min((z0 + min(exits.x, min(exits.y, exits.z))), span.y) / stepDepth);
+        if (kExit > k) {
+          k = kExit;
+#ifdef SCALAR
+          have = false;
+#endif
+          continue;
+        }
+      }
+    }
+#endif
+    for (int run = 0; run < kRun; ++run) {
+      z0 = max(k * stepDepth, zFirst);
+      float z1 = min((k + 1.0) * stepDepth, span.y);
+      k += 1.0;
+      if (z0 >= z1) break;
+      float zMiddle = 0.5 * (z0 + z1), ds = (z1 - z0) * rate;
+#ifdef SCALAR
+      if (!have) {
+        value0 = valueAt(from + z0 * way);
+#if !defined(ISOSURFACE) && !defined(MAXIMUM)
+        entry0 = entryAt(value0);
+#endif
+        have = true;
+      }
+      float value1 = valueAt(from + z1 * way);
+      bool both = known(value0) && known(value1);
+#if defined(MAXIMUM)
+      if (value0 > greatest) {
+        greatest = value0;
+        greatestAt = z0;
+      }
+      if (value1 > greatest) {
+        greatest = value1;
+        greatestAt = z1;
+      }
+#elif defined(ISOSURFACE)
+      // Crossings in the order of the ray, as the value is linear between its two samples.
+      bool rising = value1 > value0;
+      for (int i = 0; i < surfaces && both; ++i) {
+        int s = rising ? i : surfaces - 1 - i;
+        float v = isovalues[s];
+        if ((value0 < v) == (value1 < v)) continue;
+        float z = mix(z0, z1, (v - value0) / (value1 - value0));
+        vec4 own = surfaceColors[s];
+        vec3 cell = from + z * way;
+        ADD(lit(own.rgb * own.a, own.a, cell, toViewer, 0.0), own.a, z, cell)
+      }
+#else
+      Entry entry1 = entryAt(value1);
+      vec4 optics = both ? meanBetween(entry0, entry1) : vec4(0.0);
+      entry0 = entry1;
+#endif
+      value0 = value1;
+#else
+      vec4 optics = texelAt(from + zMiddle * way) * scale;
+#endif
+#if !defined(MAXIMUM) && !defined(ISOSURFACE)
+      if (optics.a > 0.0) {
+        float alpha = 1.0 - exp(-optics.a * ds);
+        vec3 cell = from + zMiddle * way;
+        ADD(lit(optics.rgb * (alpha / optics.a), alpha, cell, toViewer, optics.a / scale), alpha,
+            zMiddle, cell)
+      }
+#endif
+    }
+    going = left > opaque;
+  }
+#ifdef MAXIMUM
+  if (greatest > kNoValueEdge) {
+    color = vec4(entryAt(greatest).mean.rgb, 1.0);
+    info.r = greatestAt + depthOrigin;
+  }
+  return;
+#endif
+#endif
+  float alpha = 1.0 - left;
+  color = vec4(sum, alpha);
+  if (alpha > 0.0) info.r = depthSum / alpha + depthOrigin;
+  info.g = guessSum;
+}

@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/volume_pass.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/gtc/type_ptr.hpp>
+#include <glm/matrix.hpp>
+#include <limits>
+
+#include "brick_frag.embed.h"
+#include "fullscreen_vert.embed.h"
+#include "occlusion_frag.embed.h"
+#include "proxy/error.h"
+#include "reduce_frag.embed.h"
+#include "volume_frag.embed.h"
+
+namespace vestige {
+namespace {
+
+constexpr int kReduce = 4;
+/// Slopes a cell below this share (of the extinction, or of the range of values) are not lit.
+constexpr float kFlatOptics = 0.01f, kFlatScalar = 1e-4f;
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw Error(ErrorCode::InvalidArgument, "drawing a grid: " + what);
+}
+
+void checkSetup(const LookGrid& grid, const VolumeSetup& setup) {
+  const bool scalar = grid.content == GridContent::Scalar;
+  const bool surfaces = setup.mode == VolumeMode::Isosurface;
+  if (!scalar && (surfaces || setup.mode == VolumeMode::Maximum)) {
+    refuse("isosurfaces and maxima need values, the grid holds optics");
+  }
+  if (scalar && !surfaces && !setup.table) refuse("values need a table of optics");
+  if (surfaces && (setup.isosurfaces.empty() || setup.isosurfaces.size() > kMaxIsosurfaces)) {
+    refuse(std::to_string(setup.isosurfaces.size()) + " isosurfaces, 1 to " +
+           std::to_string(kMaxIsosurfaces) + " can be drawn");
+  }
+  if (!(setup.step > 0.0)) refuse("a step of " + std::to_string(setup.step) + " cells");
+  if (setup.mode == VolumeMode::Slice && !(glm::length(glm::dvec3(setup.plane)) > 0.0)) {
+    refuse("a slice needs a plane whose normal is not zero");
+  }
+}
+
+void setEntries(const gl::Program& program, const LookGrid& grid, const OpticsTable& table) {
+  const double perValue = OpticsTable::kEntries / (table.high() - table.low());
+  gl::functions().Uniform2f(program.uniform("entryFromTexel"), float(grid.valueUnit * perValue),
+                            float((grid.valueZero - table.low()) * perValue));
+}
+
+void set3(const gl::Program& program, const char* name, const glm::dvec3& value) {
+  gl::functions().Uniform3f(program.uniform(name), float(value.x), float(value.y), float(value.z));
+}
+
+/// Rays as functions of the pixel: see volume.frag.
+struct RayUniforms {
+  std::array<glm::dvec3, 3> start, along;  ///< in cells
+  glm::dvec4 tangent{0.0};
+  double nearest = -1e30;
+  double stepDepth = 1.0;
+};
+
+RayUniforms raysOf(const Camera& camera, ImageSize size, const glm::dmat4& cellFromWorld,
+                   double depthOrigin, const VolumeSetup& setup) {
+  RayUniforms rays;
+  const glm::dvec3 right = camera.right(), up = camera.up;
+  const bool perspective = camera.projection == Projection::Perspective;
+  const double height = perspective ? 2.0 * std::tan(0.5 * camera.fieldOfView) : camera.viewHeight;
+  const double pixel = height / size.height;
+  // Pixel (x, y) is at (x - w / 2) * pixel to the right and (h / 2 - y) * pixel up.
+  const glm::dvec3 corner = (-0.5 * size.width * pixel) * right + (0.5 * height) * up;
+  const std::array<glm::dvec3, 3> across{corner, pixel * right, -pixel * up};
+  const glm::dvec3 middle = camera.position + depthOrigin * camera.forward;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const glm::dvec3 point = i == 0 ? middle : glm::dvec3(0.0);
+    const glm::dvec3 way = i == 0 ? camera.forward : glm::dvec3(0.0);
+    rays.start[i] =
+        glm::dvec3(cellFromWorld * glm::dvec4(point + (perspective ? depthOrigin : 1.0) * across[i],
+                                              i == 0 ? 1.0 : 0.0));
+    rays.along[i] =
+        glm::dvec3(cellFromWorld * glm::dvec4(way + (perspective ? 1.0 : 0.0) * across[i], 0.0));
+  }
+  if (perspective) {
+    rays.tangent = {-0.5 * size.width * pixel, 0.5 * height, pixel, -pixel};
+    rays.nearest = std::max(camera.nearDepth, 0.0) - depthOrigin;
+  }
+  // The fastest axis of the ray in the middle of the picture and in its corners.
+  double fastest = 0.0;
+  for (const glm::dvec2 at : {glm::dvec2(0.5), {0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}, {1.0, 1.0}}) {
+    const glm::dvec3 way =
+        rays.along[0] + at.x * size.width * rays.along[1] + at.y * size.height * rays.along[2];
+    fastest = std::max({fastest, std::abs(way.x), std::abs(way.y), std::abs(way.z)});
+  }
+  rays.stepDepth = setup.step / fastest;
+  return rays;
+}
+
+void setLight(const gl::Program& program, const LightSetup& light) {
+  const gl::Functions& gl = gl::functions();
+  std::array<float, 32> from{};
+  const std::size_t count = std::min<std::size_t>(light.directions.size(), 8);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (int c = 0; c < 3; ++c) from[4 * i + std::size_t(c)] = float(light.directions[i][c]);
+    from[4 * i + 3] = float(light.intensities[i]);
+  }
+  gl.Uniform1i(program.uniform("lights"), GLint(count));
+  gl.Uniform4fv(program.uniform("lightFrom"), 8, from.data());
+  gl.Uniform4f(program.uniform("material"), float(light.material.ambient),
+               float(light.material.diffuse), float(light.material.specular),
+               float(light.material.shininess));
+}
+
+gl::Texture target3D(GLenum format, glm::ivec3 size) {
+  const gl::Functions& gl = gl::functions();
+  gl::Texture texture(GL_TEXTURE_3D);
+  texture.bind(0);
+  for (const GLenum name : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER}) {
+    gl.TexParameteri(GL_TEXTURE_3D, name, GL_LINEAR);
+  }
+  for (const GLenum name : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
+    gl.TexParameteri(GL_TEXTURE_3D, name, GL_CLAMP_TO_EDGE);
+  }
+  gl.TexStorage3D(GL_TEXTURE_3D, 1, format, size.x, size.y, size.z);
+  gl::checkErrors("making a 3-D target");
+  return texture;
+}
+
+}  // namespace
+
+const gl::Program& VolumePass::program(const std::string& name, std::string_view fragment,
+                                       const Defines& defines) {
+  std::string key = name;
+  for (const auto& [define, value] : defines) key += " " + define + value;
+  const auto found = programs_.find(key);
+  if (found != programs_.end()) return found->second;
+  return programs_.emplace(key, gpu::program(embedded::fullscreen_vert, fragment, defines))
+      .first->second;
+}
+
+VolumeView VolumePass::render(const LookGrid& grid, const VolumeSetup& setup) {
+  checkSetup(grid, setup);
+  const gl::Functions& gl = gl::functions();
+  const bool scalar = grid.content == GridContent::Scalar;
+  const bool marches = setup.mode != VolumeMode::Slice;
+  const bool shades =
+      setup.light && setup.light->shade && marches && setup.mode != VolumeMode::Maximum;
+  const bool opens = setup.occlusion && marches && setup.mode != VolumeMode::Maximum;
+  const bool skips = setup.skip && marches && setup.mode != VolumeMode::Maximum;
+  Defines defines;
+  const auto define = [&](bool wanted, const char* name) {
+    if (wanted) defines.emplace_back(name, "1");
+  };
+  define(scalar, "SCALAR");
+  define(setup.mode == VolumeMode::Maximum, "MAXIMUM");
+  define(setup.mode == VolumeMode::Isosurface, "ISOSURFACE");
+  define(setup.mode == VolumeMode::Slice, "SLICE");
+  define(shades, "LIT");
+  define(opens, "OPEN");
+  define(grid.guess.has_value(), "GUESS");
+  define(skips, "SKIP");
+  const gl::Program& cast = program("volume", embedded::volume_frag, defines);
+  cast.use();
+
+  // Everything in cells, from a middle that keeps single precision exact far from the origin.
+  const glm::dvec3 cells(grid.size);
+  glm::dmat4 cellFromWorld = glm::inverse(grid.worldFromGrid);
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 3; ++row) cellFromWorld[column][row] *= cells[row];
+  }
+  const glm::dvec3 middle(grid.worldFromGrid * glm::dvec4(0.5 * (grid.low + grid.high), 1.0));
+  const double depthOrigin = glm::dot(middle - setup.camera.position, setup.camera.forward);
+  const RayUniforms rays = raysOf(setup.camera, setup.size, cellFromWorld, depthOrigin, setup);
+  std::array<float, 9> start{}, along{};
+  for (std::size_t i = 0; i < 9; ++i) {
+    start[i] = float(rays.start[i / 3][int(i % 3)]);
+    along[i] = float(rays.along[i / 3][int(i % 3)]);
+  }
+  gl.Uniform3fv(cast.uniform("start"), 3, start.data());
+  gl.Uniform3fv(cast.uniform("along"), 3, along.data());
+  const glm::vec4 tangent(rays.tangent);
+  gl.Uniform4fv(cast.uniform("tangent"), 1, glm::value_ptr(tangent));
+  gl.Uniform1f(cast.uniform("nearest"), float(rays.nearest));
+  gl.Uniform1f(cast.uniform("stepDepth"), float(rays.stepDepth));
+  gl.Uniform1f(cast.uniform("depthOrigin"), float(depthOrigin));
+  gl.Uniform1f(cast.uniform("opaque"), float(setup.opaque));
+  gl.Uniform1f(cast.uniform("scale"), float(grid.scale));
+  set3(cast, "cells", cells);
+  set3(cast, "texelFromCell", 1.0 / cells);
+  set3(cast, "low", grid.low * cells);
+  set3(cast, "high", grid.high * cells);
+
+  // The clip box in world units relative to the middle.
+  const glm::dmat4 worldFromCell = glm::inverse(cellFromWorld);
+  glm::dmat4 clipFromCell = worldFromCell;
+  clipFromCell[3] = glm::dvec4(glm::dvec3(worldFromCell[3]) - middle, 1.0);
+  const glm::mat4 clip(clipFromCell);
+  gl.UniformMatrix4fv(cast.uniform("clipFromCell"), 1, GL_FALSE, glm::value_ptr(clip));
+  constexpr double kFar = 1e30;
+  set3(cast, "clipLow", setup.clip ? setup.clip->low - middle : glm::dvec3(-kFar));
+  set3(cast, "clipHigh", setup.clip ? setup.clip->high - middle : glm::dvec3(kFar));
+
+  gpu::bindSampler(cast, "values", 0, grid.values);
+  if (skips) {
+    gpu::bindSampler(cast, "leaps", 1, grid.leaps);
+    gl.Uniform3i(cast.uniform("lastBrick"), grid.bricks.x - 1, grid.bricks.y - 1,
+                 grid.bricks.z - 1);
+  }
+  if (scalar && setup.table) {
+    gpu::bindSampler(cast, "table", 2, setup.table->texture());
+    setEntries(cast, grid, *setup.table);
+  }
+  if (opens) {
+    gpu::bindSampler(cast, "open", 3, setup.occlusion->open);
+    gl.Uniform1f(cast.uniform("openStrength"),
+                 setup.light ? float(setup.light->ao.strength) : 1.0f);
+  }
+  if (grid.guess) gpu::bindSampler(cast, "guess", 4, *grid.guess);
+  if (shades) {
+    setLight(cast, *setup.light);
+    const glm::mat3 eyeFromGradient(glm::dmat3(setup.camera.eyeFromWorld()) *
+                                    glm::transpose(glm::dmat3(cellFromWorld)));
+    gl.UniformMatrix3fv(cast.uniform("eyeFromGradient"), 1, GL_FALSE,
+                        glm::value_ptr(eyeFromGradient));
+    gl.Uniform1f(cast.uniform("flatSlope"), scalar ? kFlatScalar : kFlatOptics);
+  }
+  if (setup.mode == VolumeMode::Isosurface) {
+    std::vector<Isosurface> sorted = setup.isosurfaces;
+    std::stable_sort(sorted.begin(), sorted.end(),
+                     [](const Isosurface& a, const Isosurface& b) { return a.value < b.value; });
+    std::array<float, kMaxIsosurfaces> values{};
+    std::array<float, 4 * kMaxIsosurfaces> colors{};
+    for (std::size_t i = 0; i < sorted.size(); ++i) {
+      values[i] = float((sorted[i].value - grid.valueZero) / grid.valueUnit);
+      for (int c = 0; c < 3; ++c) colors[4 * i + std::size_t(c)] = float(sorted[i].color[c]);
+      colors[4 * i + 3] = float(sorted[i].opacity);
+    }
+    gl.Uniform1i(cast.uniform("surfaces"), GLint(sorted.size()));
+    gl.Uniform1fv(cast.uniform("isovalues"), GLsizei(values.size()), values.data());
+    gl.Uniform4fv(cast.uniform("surfaceColors"), GLsizei(kMaxIsosurfaces), colors.data());
+  }
+  if (!marches) {
+    const glm::vec4 plane(glm::transpose(worldFromCell) *
+                          glm::dvec4(glm::dvec3(setup.plane), -setup.plane.w));
+    gl.Uniform4f(cast.uniform("plane"), plane.x, plane.y, plane.z, -plane.w);
+    gl.Uniform1f(cast.uniform("thickness"), float(setup.sliceThickness));
+  }
+
+  const gl::Texture color = gpu::texture2D(GL_RGBA32F, setup.size, GL_RGBA, GL_FLOAT, nullptr);
+  const gl::Texture info = gpu::texture2D(GL_RGBA32F, setup.size, GL_RGBA, GL_FLOAT, nullptr);
+  const std::array<gpu::Attachment, 2> attachments{{{&color}, {&info}}};
+  gpu::bindTarget(framebuffer_, attachments, setup.size);
+  gpu::drawFullscreen(empty_);
+  VolumeView view;
+  view.picture = {setup.size, gpu::readFloats(setup.size, 0)};
+  const std::vector<float> extra = gpu::readFloats(setup.size, 1);
+  view.depth.resize(setup.size.pixels());
+  view.guess.resize(setup.size.pixels());
+  for (std::size_t i = 0; i < setup.size.pixels(); ++i) {
+    const float z = extra[4 * i];
+    view.depth[i] = z > 1e29f ? std::numeric_limits<float>::infinity() : z;
+    view.guess[i] = extra[4 * i + 1];
+  }
+  // A framebuffer that had two colour attachments must not keep the second.
+  gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, 0, 0);
+  gl::checkErrors("drawing a grid");
+  return view;
+}
+
+void VolumePass::findBricks(LookGrid& grid) {
+  if (grid.content != GridContent::Optics) refuse("values need a table to find their bricks");
+  const gl::Functions& gl = gl::functions();
+  const gl::Program& find = program("brick", embedded::brick_frag, {});
+  const ImageSize size{grid.bricks.x, grid.bricks.y};
+  const gl::Texture target = gpu::textureArray(GL_RGBA8, size, grid.bricks.z);
+  find.use();
+  gpu::bindSampler(find, "values", 0, grid.values);
+  std::vector<std::uint8_t> occupied, rgba(4 * size.pixels());
+  for (int layer = 0; layer < grid.bricks.z; ++layer) {
+    const gpu::Attachment attachment{&target, layer};
+    gpu::bindTarget(framebuffer_, {&attachment, 1}, size);
+    gl.Uniform1i(find.uniform("layer"), layer);
+    gpu::drawFullscreen(empty_);
+    gl.ReadBuffer(GL_COLOR_ATTACHMENT0);
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
+    gl.ReadPixels(0, 0, size.width, size.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
+    for (std::size_t i = 0; i < size.pixels(); ++i) occupied.push_back(rgba[4 * i]);
+  }
+  gl::checkErrors("finding the bricks of a grid");
+  grid.setOccupied(occupied);
+}
+
+void VolumePass::findBricks(LookGrid& grid, const OpticsTable& table) {
+  std::vector<std::uint8_t> occupied(grid.brickRange.size());
+  for (std::size_t i = 0; i < occupied.size(); ++i) {
+    const glm::dvec2 range = glm::dvec2(grid.brickRange[i]) * grid.valueUnit + grid.valueZero;
+    occupied[i] = range.x <= range.y && !table.transparent(range.x, range.y);
+  }
+  grid.setOccupied(occupied);
+}
+
+void VolumePass::findBricks(LookGrid& grid, std::span<const Isosurface> surfaces) {
+  std::vector<std::uint8_t> occupied(grid.brickRange.size(), 0);
+  for (std::size_t i = 0; i < occupied.size(); ++i) {
+    for (const Isosurface& surface : surfaces) {
+      const float texel = float((surface.value - grid.valueZero) / grid.valueUnit);
+      if (grid.brickRange[i].x <= texel && texel <= grid.brickRange[i].y) occupied[i] = 1;
+    }
+  }
+  grid.setOccupied(occupied);
+}
+
+OcclusionGrid VolumePass::occlusion(const LookGrid& grid, double radiusWorld,
+                                    const OpticsTable* table) {
+  const bool scalar = grid.content == GridContent::Scalar;
+  if (scalar && !table) refuse("ambient occlusion of values needs a table of optics");
+  const gl::Functions& gl = gl::functions();
+  const glm::ivec3 size = (grid.size + (kReduce - 1)) / kReduce;
+  const ImageSize layerSize{size.x, size.y};
+  const auto drawLayers = [&](const gl::Program& pass, const gl::Texture& target) {
+    for (int layer = 0; layer < size.z; ++layer) {
+      const gpu::Attachment attachment{&target, layer};
+      gpu::bindTarget(framebuffer_, {&attachment, 1}, layerSize);
+      gl.Uniform1i(pass.uniform("layer"), layer);
+      gpu::drawFullscreen(empty_);
+    }
+  };
+  const gl::Texture reduced = target3D(GL_R32F, size);
+  Defines defines;
+  if (scalar) defines.emplace_back("SCALAR", "1");
+  const gl::Program& reduce = program("reduce", embedded::reduce_frag, defines);
+  reduce.use();
+  gpu::bindSampler(reduce, "values", 0, grid.values);
+  gl.Uniform1f(reduce.uniform("scale"), scalar ? 1.0f : float(grid.scale));
+  if (scalar) {
+    gpu::bindSampler(reduce, "table", 1, table->texture());
+    setEntries(reduce, grid, *table);
+  }
+  drawLayers(reduce, reduced);
+
+  OcclusionGrid result{target3D(GL_R8, size)};
+  const gl::Program& gather = program("occlusion", embedded::occlusion_frag, {});
+  gather.use();
+  gpu::bindSampler(gather, "extinction", 0, reduced);
+  gl.Uniform1f(gather.uniform("radius"), float(radiusWorld));
+  const glm::mat3 gridFromWorld(glm::inverse(glm::dmat3(grid.worldFromGrid)));
+  gl.UniformMatrix3fv(gather.uniform("gridFromWorld"), 1, GL_FALSE, glm::value_ptr(gridFromWorld));
+  drawLayers(gather, result.open);
+  gl::checkErrors("ambient occlusion of a grid");
+  return result;
+}
+
+}  // namespace vestige

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "explorer/layer_pass.h"
+#include "explorer/look_grid.h"
+#include "explorer/picture.h"
+#include "proxy/box.h"
+#include "proxy/camera.h"
+
+namespace vestige {
+
+/// What is drawn of a grid: emission and absorption (method §1); the greatest value along the ray;
+/// surfaces of equal value; a plane through the grid. Maximum and isosurfaces need scalars.
+enum class VolumeMode { Compositing, Maximum, Isosurface, Slice };
+
+/// A surface of equal value: linear RGB and opacity of one crossing.
+struct Isosurface {
+  double value = 0.0;
+  glm::dvec3 color{1.0};
+  double opacity = 1.0;
+};
+inline constexpr std::size_t kMaxIsosurfaces = 8;
+
+/// The openness of a grid's cells, 1 = nothing near: made once a look by VolumePass::occlusion.
+struct OcclusionGrid {
+  gl::Texture open;  ///< R8, 3-D, filtered, over [0, 1]^3 of the grid
+};
+
+/// How a grid is drawn.
+struct VolumeSetup {
+  Camera camera;
+  ImageSize size;
+  VolumeMode mode = VolumeMode::Compositing;
+  const OpticsTable* table = nullptr;  ///< of a scalar grid; LookGrid::leaps must be up to date
+  std::optional<Box> clip;             ///< in world units: what is outside is not drawn
+  const LightSetup* light = nullptr;   ///< from lightSetup(look, camera, camera, ...); null: none
+  const OcclusionGrid* occlusion = nullptr;
+  std::vector<Isosurface> isosurfaces;  ///< at most kMaxIsosurfaces
+  glm::dvec4 plane{0.0};                ///< slice: the points with dot(plane.xyz, x) = plane.w
+  double sliceThickness = 0.0;          ///< slice of optics: length that its opacity stands for
+  double step = 0.5;                    ///< in cells of the axis that the ray crosses fastest, > 0
+  double opaque = 1e-3;                 ///< rays end where so much light is left
+  bool skip = true;                     ///< pass over bricks that have nothing to show
+};
+
+/// A picture of a grid.
+struct VolumeView {
+  Picture picture;           ///< premultiplied linear RGBA
+  std::vector<float> depth;  ///< [pixel] planar Z, mean weighted by opacity; +inf = nothing there
+  std::vector<float> guess;  ///< [pixel] share of the light that comes from cells that are a guess
+};
+
+/// Ray casting of 3-D grids (method §1): front to back, trilinear, samples at planar depths that
+/// depend on camera and grid alone. Opacities follow the exact length of each step, so that a
+/// homogeneous medium is exact at any step. Several grids of one scene (stacks seen along different
+/// axes) are drawn one by one and their pictures blended by weight: each has its own step and its
+/// own empty space, and away from the bands of transition one weight is 1. Made, used and destroyed
+/// in Device::run.
+class VolumePass {
+ public:
+  /// Throws InvalidArgument naming what does not fit the grid's content.
+  VolumeView render(const LookGrid& grid, const VolumeSetup& setup);
+  /// Finds the bricks of an optics grid that have something to show.
+  void findBricks(LookGrid& grid);
+  /// ... of a scalar grid under a table; of a scalar grid that shows isosurfaces.
+  static void findBricks(LookGrid& grid, const OpticsTable& table);
+  static void findBricks(LookGrid& grid, std::span<const Isosurface> surfaces);
+  /// Local ambient occlusion: the light that reaches a cell, through the extinction of a grid
+  /// reduced by 4, from all sides no farther away than the radius. A cell on a flat opaque face
+  /// counts as fully open. `table` belongs to scalar grids.
+  OcclusionGrid occlusion(const LookGrid& grid, double radiusWorld,
+                          const OpticsTable* table = nullptr);
+
+ private:
+  using Defines = std::vector<std::pair<std::string, std::string>>;
+  const gl::Program& program(const std::string& name, std::string_view fragment,
+                             const Defines& defines);
+  std::map<std::string, gl::Program> programs_;
+  gl::Framebuffer framebuffer_;
+  gl::VertexArray empty_;
+};
+
+}  // namespace vestige

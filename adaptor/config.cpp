@@ -15,6 +15,7 @@
 #include "proxy/colormap.h"
 #include "proxy/error.h"
 #include "proxy/interval_partition.h"
+#include "proxy/layered_layout.h"
 #include "proxy/view_set.h"
 
 namespace vestige {
@@ -61,19 +62,33 @@ void readImage(ConfigReader reader, Config& config) {
                                                            {"length", &config.length},
                                                            {"depth", &config.depth},
                                                            {"mip", &config.mip},
-                                                           {"reference", &config.reference}};
+                                                           {"reference", &config.reference},
+                                                           {"layered", &config.layered}};
     for (const auto& [name, wanted] : kinds) *wanted = false;
     for (const auto& proxy : proxies) {
       const auto kind = std::find_if(kinds.begin(), kinds.end(),
                                      [&](const auto& entry) { return entry.first == proxy; });
       if (kind == kinds.end()) {
-        reader.fail("proxies", fmt::format("\"{}\" is none of \"attenuation\", \"length\", "
-                                           "\"depth\", \"mip\", \"reference\"",
-                                           proxy));
+        std::string known;
+        for (const auto& [name, wanted] : kinds)
+          known += fmt::format("{}\"{}\"", known.empty() ? "" : ", ", name);
+        reader.fail("proxies", fmt::format("\"{}\" is none of {}", proxy, known));
       }
       *kind->second = true;
     }
     if (proxies.empty()) reader.fail("proxies", "at least one is needed");
+  }
+  reader.rejectUnknownKeys();
+}
+
+void readLayered(ConfigReader reader, Config& config) {
+  reader.readInteger("layers", 1, kMostLayers, config.layers);
+  if (const auto light = reader.readNumbers("light", 3); !light.empty()) {
+    config.layerLight = glm::dvec3(light[0], light[1], light[2]);
+    if (!(glm::length(*config.layerLight) > 0.0)) reader.fail("light", "has no direction");
+  }
+  if (!config.layered) {
+    reader.fail("layers", "[image] proxies does not name \"layered\"");
   }
   reader.rejectUnknownKeys();
 }
@@ -307,6 +322,7 @@ Config configFromText(const std::string& text, const std::string& origin) {
   if (auto reader = root.table("output")) readOutput(*reader, config);
   if (auto reader = root.table("gl")) readGl(*reader, config);
   if (auto reader = root.table("image")) readImage(*reader, config);
+  if (auto reader = root.table("layered")) readLayered(*reader, config);
   if (auto reader = root.table("trigger")) readTrigger(*reader, config.trigger);
   std::set<std::string> viewNames;
   for (auto& reader : root.tables("view")) {

@@ -84,6 +84,9 @@ struct Config {
 
   ImageSize size;
   bool attenuation = true, length = true, depth = true, mip = true, reference = true;
+  bool layered = false;
+  int layers = 4;                        ///< of the layered proxy
+  std::optional<glm::dvec3> layerLight;  ///< direction of a light that casts shadows in its colours
   bool phong = false;
   double stepLength = 0.0;       ///< world; 0 = the smallest spacing
   double referenceLength = 0.0;  ///< world; 0 = the domain's diagonal / 100 (method §0)

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "adaptor/block_volume.h"
+#include "adaptor/layer_march.h"
 #include "adaptor/march_pass.h"
 #include "adaptor/ray_planes.h"
 #include "adaptor/stopwatch.h"
@@ -47,6 +48,7 @@ struct Marcher::Impl {
       volume.clear();
       planes.reset();
       programs.clear();
+      second.reset();
     });
   }
 
@@ -58,6 +60,7 @@ struct Marcher::Impl {
   BlockVolume volume;
   std::optional<gl::Buffer> planes;
   std::map<std::string, gl::Program> programs;
+  std::optional<LayerMarch> second;
   Times times;
 };
 
@@ -176,6 +179,30 @@ RayImage Marcher::march(const MarchRequest& request) {
   RayImage image;
   impl_->device->run([&] { image = impl_->march(request); });
   return image;
+}
+
+LayerRays Marcher::marchLayers(const MarchRequest& request, const LayerRequest& layers) {
+  checkRequest(request);
+  LayerRays rays;
+  const Stopwatch watch;
+  impl_->device->run([&] {
+    if (!impl_->second) impl_->second.emplace();
+    rays = impl_->second->layers(impl_->volume, request, layers);
+  });
+  impl_->times.march = watch.seconds();
+  impl_->times.readBack = 0.0;
+  return rays;
+}
+
+void Marcher::marchLight(const MarchRequest& request, LightDepth& light) {
+  checkRequest(request);
+  const Stopwatch watch;
+  impl_->device->run([&] {
+    if (!impl_->second) impl_->second.emplace();
+    impl_->second->addLight(impl_->volume, request, light);
+  });
+  impl_->times.march = watch.seconds();
+  impl_->times.readBack = 0.0;
 }
 
 const Marcher::Times& Marcher::times() const { return impl_->times; }

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 
+#include "adaptor/layer_gather.h"
 #include "adaptor/march_types.h"
 #include "proxy/gl/device.h"
 
@@ -26,6 +27,9 @@ class Marcher {
   void upload(const BlockGrid& grid, const FillSlab& fill, int threads = 1);
   /// Marches the uploaded block. Throws Gl or InvalidArgument.
   RayImage march(const MarchRequest& request);
+  /// Marches it once more for layers, or for what it puts in a light's way.
+  LayerRays marchLayers(const MarchRequest& request, const LayerRequest& layers);
+  void marchLight(const MarchRequest& request, LightDepth& light);
 
   /// Seconds of the last upload and march, read-back apart.
   struct Times {

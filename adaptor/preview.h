@@ -22,6 +22,7 @@ struct PreviewStyle {
 ///   depth        the nearest layer, near is bright
 ///   mip          the colour map at the largest value
 ///   reference    itself
+///   layered      the reference picture of its own light
 Raster preview(std::string_view kind, const RayImage& rays, const Classification& classification,
                const PreviewStyle& style);
 

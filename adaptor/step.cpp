@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "adaptor/step.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 
@@ -8,6 +10,7 @@
 #include "adaptor/preview.h"
 #include "adaptor/stopwatch.h"
 #include "proxy/exr_threads.h"
+#include "proxy/layered_layout.h"
 #include "proxy/png_file.h"
 #include "proxy/proxy_layout.h"
 
@@ -55,15 +58,28 @@ ProxyHeader headerFor(const Config& config, const StepFrame& frame, const StepFi
   return header;
 }
 
+/// What the colours of layers hold.
+std::string shadingOf(const Config& config) {
+  if (config.layerLight) {
+    const glm::dvec3 d = glm::normalize(*config.layerLight);
+    return fmt::format("shadows of a light along ({}, {}, {}), ambient {}", d.x, d.y, d.z,
+                       kShadowAmbient);
+  }
+  return config.phong ? "headlight" : "unlit";
+}
+
 std::vector<EncodedProxy> pack(const Config& config, const ProxyHeader& header,
-                               const RayImage& rays, const Classification& classification,
+                               const ViewRays& made, const Classification& classification,
                                int threads) {
+  const RayImage& rays = made.rays;
   std::vector<EncodedProxy> proxies;
   const PreviewStyle style{config.background, config.transparentBackground, threads};
   std::vector<Raster> pictures;
   const auto add = [&](const ProxyImage& image) {
     if (config.previews) {
-      pictures.push_back(preview(image.header.kind, rays, classification, style));
+      const bool layered = image.header.kind == kind::kLayered;
+      pictures.push_back(
+          preview(image.header.kind, layered ? made.layerPicture : rays, classification, style));
     }
     proxies.push_back(encodeProxy(image));
   };
@@ -80,6 +96,11 @@ std::vector<EncodedProxy> pack(const Config& config, const ProxyHeader& header,
   }
   if (config.mip) add(mipImage(header, rays.mip));
   if (config.reference) add(referenceImage(header, rays.reference, rays.transmittance));
+  if (made.layers) {
+    auto lit = header;
+    lit.shading = shadingOf(config);
+    add(layeredImage(lit, *made.layers));
+  }
   forEachOnExrThreads(int(pictures.size()), [&](int i) {
     proxies[std::size_t(i)].png = encodePng(pictures[std::size_t(i)]);
   });
@@ -95,8 +116,10 @@ std::vector<EncodedProxy> StepMarcher::march(const StepFrame& frame, const StepF
                                              int threads, StepTimes& times) {
   uploaded_ = -1;
   std::vector<EncodedProxy> proxies;
+  const auto shadows = marchLight(frame, field, threads, times);
   for (const auto& view : frame.views) {
-    const RayImage rays = marchView(frame, field, view, threads, times);
+    const ViewRays rays =
+        marchView(frame, field, view, shadows ? &*shadows : nullptr, threads, times);
     const Stopwatch watch;
     auto made =
         pack(config_, headerFor(config_, frame, field, view), rays, field.classification, threads);
@@ -123,16 +146,30 @@ void StepMarcher::upload(const StepFrame& frame, const StepField& field, int blo
   times.upload += marcher_.times().upload;
 }
 
-RayImage StepMarcher::marchView(const StepFrame& frame, const StepField& field, const View& view,
-                                int threads, StepTimes& times) {
+std::optional<LightDepth> StepMarcher::marchLight(const StepFrame& frame, const StepField& field,
+                                                  int threads, StepTimes& times) {
+  if (!config_.layered || !config_.layerLight) return std::nullopt;
+  LightDepth light(frame.blocks->domain(), *config_.layerLight);
+  const auto request = requestFor(frame, field, {"light", light.camera});
+  for (const int index : marchedBlocks(frame)) {
+    upload(frame, field, index, threads, times);
+    marcher_.marchLight(request, light);
+    times.march += marcher_.times().march;
+  }
+  return light;
+}
+
+ViewRays StepMarcher::marchView(const StepFrame& frame, const StepField& field, const View& view,
+                                const LightDepth* shadows, int threads, StepTimes& times) {
   const auto indices = marchedBlocks(frame);
   std::vector<Box> boxes;
   for (const int index : indices) boxes.push_back(frame.blocks->owned(index));
   const auto request = requestFor(frame, field, view);
+  const auto order = visibilityOrder(boxes, view.camera);
 
   // Front to back, so that no more than two images are ever held.
   std::optional<RayImage> all;
-  for (const auto position : visibilityOrder(boxes, view.camera)) {
+  for (const auto position : order) {
     upload(frame, field, indices[std::size_t(position)], threads, times);
     RayImage rays = marcher_.march(request);
     times.march += marcher_.times().march;
@@ -145,7 +182,23 @@ RayImage StepMarcher::marchView(const StepFrame& frame, const StepField& field, 
       times.march += watch.seconds();
     }
   }
-  return std::move(*all);
+  if (!config_.layered) return {std::move(*all), std::nullopt, {}};
+
+  // Once more, now that it is known what is left of each ray (method §3).
+  LayerGatherer gatherer(config_.layers, all->transmittance);
+  for (const auto position : order) {
+    upload(frame, field, indices[std::size_t(position)], threads, times);
+    const LayerRays rays = marcher_.marchLayers(request, gatherer.request(shadows));
+    const Stopwatch watch;
+    gatherer.add(rays);
+    times.march += marcher_.times().march + watch.seconds();
+  }
+  RayImage picture;
+  picture.size = request.size;
+  picture.reference = gatherer.light();
+  picture.transmittance = all->transmittance;
+  auto planes = gatherer.planes(all->exit);
+  return {std::move(*all), std::move(planes), std::move(picture)};
 }
 
 MarchRequest StepMarcher::requestFor(const StepFrame& frame, const StepField& field,
@@ -161,7 +214,8 @@ MarchRequest StepMarcher::requestFor(const StepFrame& frame, const StepField& fi
           .attenuation = config_.attenuation,
           .length = config_.length,
           .mip = config_.mip,
-          .reference = config_.reference,
+          // Layers need to know what is left of a ray.
+          .reference = config_.reference || (config_.layered && !config_.attenuation),
           .phong = config_.phong,
           .isovalues = config_.depth ? isovalues : std::vector<double>{}};
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "adaptor/classification.h"
@@ -29,10 +30,11 @@ struct StepFrame {
   std::string provenance;
 };
 
-/// A proxy and its preview, which is empty if the configuration wants none.
-struct StepProxy {
-  ProxyImage image;
-  Raster preview;
+/// What the rays of a view gathered.
+struct ViewRays {
+  RayImage rays;
+  std::optional<LayeredPlanes> layers;
+  RayImage layerPicture;  ///< the reference picture of the layers' own light
 };
 
 /// Turns the fields of a step into proxies: every block and view is marched once per field.
@@ -47,8 +49,11 @@ class StepMarcher {
  private:
   void upload(const StepFrame& frame, const StepField& field, int block, int threads,
               StepTimes& times);
-  RayImage marchView(const StepFrame& frame, const StepField& field, const View& view, int threads,
-                     StepTimes& times);
+  ViewRays marchView(const StepFrame& frame, const StepField& field, const View& view,
+                     const LightDepth* shadows, int threads, StepTimes& times);
+  /// Of the configured light, if layers are to be shadowed.
+  std::optional<LightDepth> marchLight(const StepFrame& frame, const StepField& field, int threads,
+                                       StepTimes& times);
   MarchRequest requestFor(const StepFrame& frame, const StepField& field, const View& view) const;
 
   Config config_;

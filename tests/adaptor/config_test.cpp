@@ -188,6 +188,9 @@ TEST(Config, RefusesWhatMakesNoSense) {
   expectError("[gl]\nbackend = 'vulkan'\n", "vulkan");
   expectError("[image]\nproxies = ['lenght']\n", "\"lenght\" is none of");
   expectError("[image]\nproxies = []\n", "at least one");
+  expectError("[layered]\nlayers = 4\n", "[image] proxies does not name \"layered\"");
+  expectError("[image]\nproxies = ['layered']\n[layered]\nlayers = 17\n", "17");
+  expectError("[image]\nproxies = ['layered']\n[layered]\nlight = [0, 0, 0]\n", "no direction");
   expectError("[image]\nstep_length = -1\n", "-1 is not 0 or positive");
   expectError("[image]\nstep_length = nan\n", "not a finite number");
   expectError("[trigger]\nevery_time = 0\n", "0 is not positive");

@@ -10,9 +10,15 @@
 namespace vestige {
 namespace {
 
-/// Nodes [begin, end] of each axis of the scene, and the part that the block answers for.
-RayImage marchPart(Marcher& marcher, const Scene& scene, const MarchRequest& request,
-                   glm::ivec3 begin, glm::ivec3 end, const Box& owned) {
+/// Nodes [begin, end] of each axis of a scene, and the part that the block answers for.
+struct Part {
+  glm::ivec3 begin, end;
+  Box owned;
+};
+
+void uploadPart(Marcher& marcher, const Scene& scene, const MarchRequest& request,
+                const Part& part) {
+  const auto& [begin, end, owned] = part;
   BlockGrid grid;
   grid.owned = owned;
   for (int axis = 0; axis < 3; ++axis) {
@@ -32,10 +38,47 @@ RayImage marchPart(Marcher& marcher, const Scene& scene, const MarchRequest& req
       }
     }
   });
+}
+
+RayImage marchPart(Marcher& marcher, const Scene& scene, const MarchRequest& request,
+                   const Part& part) {
+  uploadPart(marcher, scene, request, part);
   return marcher.march(request);
 }
 
+/// Blocks that meet at the given nodes of each axis, front to back.
+std::vector<Part> partsOf(const Scene& scene, const Camera& camera, const Cuts& cuts, int ghosts) {
+  std::vector<Box> boxes;
+  std::vector<Part> parts, ordered;
+  for (std::size_t k = 0; k + 1 < cuts[2].size(); ++k) {
+    for (std::size_t j = 0; j + 1 < cuts[1].size(); ++j) {
+      for (std::size_t i = 0; i + 1 < cuts[0].size(); ++i) {
+        const glm::ivec3 low{cuts[0][i], cuts[1][j], cuts[2][k]};
+        const glm::ivec3 high{cuts[0][i + 1], cuts[1][j + 1], cuts[2][k + 1]};
+        Part part;
+        for (int axis = 0; axis < 3; ++axis) {
+          const auto& nodes = scene.nodes[std::size_t(axis)];
+          part.owned.low[axis] = nodes[std::size_t(low[axis])];
+          part.owned.high[axis] = nodes[std::size_t(high[axis])];
+          part.begin[axis] = std::max(0, low[axis] - ghosts);
+          part.end[axis] = std::min(int(nodes.size()) - 1, high[axis] + ghosts);
+        }
+        boxes.push_back(part.owned);
+        parts.push_back(part);
+      }
+    }
+  }
+  for (std::size_t i : visibilityOrder(boxes, camera)) ordered.push_back(parts[i]);
+  return ordered;
+}
+
 }  // namespace
+
+Cuts Scene::whole() const {
+  return {std::vector<int>{0, int(nodes[0].size()) - 1},
+          std::vector<int>{0, int(nodes[1].size()) - 1},
+          std::vector<int>{0, int(nodes[2].size()) - 1}};
+}
 
 Box Scene::box() const {
   return {{nodes[0].front(), nodes[1].front(), nodes[2].front()},
@@ -67,41 +110,42 @@ MarchRequest requestAll(const Box& domain, double low, double high, int interval
 RayImage marchWhole(Marcher& marcher, const Scene& scene, const MarchRequest& request) {
   const glm::ivec3 last{int(scene.nodes[0].size()) - 1, int(scene.nodes[1].size()) - 1,
                         int(scene.nodes[2].size()) - 1};
-  return marchPart(marcher, scene, request, glm::ivec3(0), last, request.domain);
+  return marchPart(marcher, scene, request, {glm::ivec3(0), last, request.domain});
 }
 
 RayImage marchBlocks(Marcher& marcher, const Scene& scene, const MarchRequest& request,
-                     const std::array<std::vector<int>, 3>& cuts, int ghosts) {
-  std::vector<Box> boxes;
-  std::vector<RayImage> images;
-  for (std::size_t k = 0; k + 1 < cuts[2].size(); ++k) {
-    for (std::size_t j = 0; j + 1 < cuts[1].size(); ++j) {
-      for (std::size_t i = 0; i + 1 < cuts[0].size(); ++i) {
-        const glm::ivec3 low{cuts[0][i], cuts[1][j], cuts[2][k]};
-        const glm::ivec3 high{cuts[0][i + 1], cuts[1][j + 1], cuts[2][k + 1]};
-        Box owned;
-        glm::ivec3 begin, end;
-        for (int axis = 0; axis < 3; ++axis) {
-          const auto& nodes = scene.nodes[std::size_t(axis)];
-          owned.low[axis] = nodes[std::size_t(low[axis])];
-          owned.high[axis] = nodes[std::size_t(high[axis])];
-          begin[axis] = std::max(0, low[axis] - ghosts);
-          end[axis] = std::min(int(nodes.size()) - 1, high[axis] + ghosts);
-        }
-        boxes.push_back(owned);
-        images.push_back(marchPart(marcher, scene, request, begin, end, owned));
-      }
-    }
-  }
+                     const Cuts& cuts, int ghosts) {
   std::optional<RayImage> result;
-  for (std::size_t i : visibilityOrder(boxes, request.camera)) {
+  for (const Part& part : partsOf(scene, request.camera, cuts, ghosts)) {
+    RayImage image = marchPart(marcher, scene, request, part);
     if (result) {
-      compositeUnder(*result, images[i]);
+      compositeUnder(*result, image);
     } else {
-      result = std::move(images[i]);
+      result = std::move(image);
     }
   }
   return std::move(*result);
+}
+
+GatheredLayers marchLayers(Marcher& marcher, const Scene& scene, const MarchRequest& request,
+                           int layers, std::optional<glm::dvec3> light, const Cuts& cuts,
+                           int ghosts) {
+  const auto parts = partsOf(scene, request.camera, cuts, ghosts);
+  const RayImage rays = marchBlocks(marcher, scene, request, cuts, ghosts);
+  std::optional<LightDepth> shadows;
+  if (light) {
+    shadows.emplace(request.domain, *light);
+    for (const Part& part : parts) {
+      uploadPart(marcher, scene, request, part);
+      marcher.marchLight(request, *shadows);
+    }
+  }
+  LayerGatherer gatherer(layers, rays.transmittance);
+  for (const Part& part : parts) {
+    uploadPart(marcher, scene, request, part);
+    gatherer.add(marcher.marchLayers(request, gatherer.request(shadows ? &*shadows : nullptr)));
+  }
+  return {gatherer.planes(rays.exit), gatherer.light(), rays};
 }
 
 std::shared_ptr<gl::Device> sharedDevice(const std::string& backend) {

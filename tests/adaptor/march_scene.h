@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,12 +11,16 @@
 
 namespace vestige {
 
+/// Per axis: nodes at which blocks meet, ascending, both ends included.
+using Cuts = std::array<std::vector<int>, 3>;
+
 /// A field given by a function of world space, on nodes of our choice.
 struct Scene {
   std::array<std::vector<double>, 3> nodes;
   std::function<double(glm::dvec3)> field;
 
   Box box() const;
+  Cuts whole() const;  ///< one block
   /// n nodes an axis over [low, high].
   static Scene even(glm::ivec3 count, const Box& box, std::function<double(glm::dvec3)> field);
 };
@@ -27,10 +32,20 @@ MarchRequest requestAll(const Box& domain, double low, double high, int interval
 /// The scene marched in one block.
 RayImage marchWhole(Marcher& marcher, const Scene& scene, const MarchRequest& request);
 
-/// The same in blocks that meet at the given nodes of each axis (ascending, both ends included),
-/// with so many ghost layers, composited front to back.
+/// The same in blocks with so many ghost layers, composited front to back.
 RayImage marchBlocks(Marcher& marcher, const Scene& scene, const MarchRequest& request,
-                     const std::array<std::vector<int>, 3>& cuts, int ghosts);
+                     const Cuts& cuts, int ghosts);
+
+/// The layers of a scene in such blocks, shadowed if there is a light; their light at the camera;
+/// and what the first march made.
+struct GatheredLayers {
+  LayeredPlanes planes;
+  std::vector<float> light;
+  RayImage rays;
+};
+GatheredLayers marchLayers(Marcher& marcher, const Scene& scene, const MarchRequest& request,
+                           int layers, std::optional<glm::dvec3> light, const Cuts& cuts,
+                           int ghosts);
 
 /// One device per backend for a whole test program.
 std::shared_ptr<gl::Device> sharedDevice(const std::string& backend);

@@ -74,11 +74,11 @@ void checkRow(const fs::path& directory, const ArchiveRow& row, std::vector<Find
   };
   ImageSize size;
   const bool opened = examine(row.exr, [&](const auto& report) {
-    ProxyImage image = ExrFile(directory / row.exr).image();
-    size = image.header.size;
-    if (std::string difference = differenceFrom(row, image.header); !difference.empty())
+    const ExrFile file(directory / row.exr);
+    size = file.header().size;
+    if (std::string difference = differenceFrom(row, file.header()); !difference.empty())
       report(difference);
-    for (std::string& problem : problemsOf(image)) report(std::move(problem));
+    for (std::string& problem : problemsOf(file)) report(std::move(problem));
   });
   if (!row.hasPreview()) return;
   examine(row.png, [&](const auto& report) {

@@ -80,10 +80,9 @@ class Claims {
 /// costs no data: the row goes on without.
 ArchiveRow rowOf(const fs::path& directory, const std::string& exr, const ExrFile& file,
                  std::vector<Finding>& leftOut) {
-  const ProxyImage image = file.image();
-  const std::vector<std::string> problems = problemsOf(image);
+  const std::vector<std::string> problems = problemsOf(file);
   if (!problems.empty()) throw Error(ErrorCode::Format, problems.front());
-  const ProxyHeader& h = image.header;
+  const ProxyHeader& h = file.header();
   ArchiveRow row{h.time, h.cycle, h.view, h.field, h.kind, exr, exr};
   validateName("view", row.view);
   validateName("field", row.field);

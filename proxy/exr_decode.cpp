@@ -158,6 +158,11 @@ struct ExrFile::Impl {
                        " bytes in a file of " + std::to_string(stream.solidBytes()));
   }
 
+  int indexOf(const std::string& part) const {
+    for (std::size_t i = 0; i < layouts.size(); ++i)
+      if (layouts[i].name == part) return int(i);
+    throw Error(ErrorCode::NotFound, "'" + path.string() + "' has no part '" + part + "'");
+  }
   ProxyPart decode(int number) const;
 };
 
@@ -223,10 +228,12 @@ bool ExrFile::has(const std::string& part) const {
                      [&](const PartLayout& layout) { return layout.name == part; });
 }
 
+double ExrFile::unitOf(const std::string& part) const {
+  return impl_->layouts[std::size_t(impl_->indexOf(part))].unit;
+}
+
 ProxyPart ExrFile::part(const std::string& name) const {
-  for (std::size_t i = 0; i < impl_->layouts.size(); ++i)
-    if (impl_->layouts[i].name == name) return impl_->decode(int(i));
-  throw Error(ErrorCode::NotFound, "'" + impl_->path.string() + "' has no part '" + name + "'");
+  return impl_->decode(impl_->indexOf(name));
 }
 
 ProxyImage ExrFile::image() const {

@@ -12,6 +12,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <set>
 
@@ -176,90 +177,88 @@ bool plainName(const std::string& name) {
   return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), plain);
 }
 
-void validate(const ProxyImage& image) {
-  auto refuse = [&](const std::string& reason) {
-    throw Error(ErrorCode::InvalidArgument,
-                fmt::format("the {} proxy of field '{}' cannot be stored: {}", image.header.kind,
-                            image.header.field, reason));
-  };
-  const ImageSize size = image.header.size;
+[[noreturn]] void refuse(const ProxyHeader& header, const std::string& reason) {
+  throw Error(ErrorCode::InvalidArgument,
+              fmt::format("the {} proxy of field '{}' cannot be stored: {}", header.kind,
+                          header.field, reason));
+}
+
+void validate(const ProxyHeader& header, std::size_t parts) {
+  const ImageSize size = header.size;
   if (size.width < 1 || size.height < 1 || size.width > ExrLimits::kSide ||
       size.height > ExrLimits::kSide)
-    refuse(fmt::format("its picture is {} x {}", size.width, size.height));
-  for (const auto& [what, text] : {std::pair{"kind", &image.header.kind},
-                                   {"field name", &image.header.field},
-                                   {"view name", &image.header.view}})
-    if (text->empty()) refuse(fmt::format("its {} is empty", what));
-  if (image.parts.empty() || image.parts.size() > std::size_t(ExrLimits::kParts))
-    refuse(fmt::format("it has {} parts", image.parts.size()));
-  std::set<std::string> parts;
-  std::size_t channels = 0;
-  for (const ProxyPart& part : image.parts) {
-    if (!plainName(part.name) || !parts.insert(part.name).second)
-      refuse(fmt::format("the part name '{}' is not plain or comes twice", part.name));
+    refuse(header, fmt::format("its picture is {} x {}", size.width, size.height));
+  for (const auto& [what, text] : {std::pair{"kind", &header.kind},
+                                   {"field name", &header.field},
+                                   {"view name", &header.view}})
+    if (text->empty()) refuse(header, fmt::format("its {} is empty", what));
+  if (parts < 1 || parts > std::size_t(ExrLimits::kParts))
+    refuse(header, fmt::format("it has {} parts", parts));
+}
+
+/// Parts that were seen before, for what no two of them may share.
+class PartValidator {
+ public:
+  explicit PartValidator(const ProxyHeader& header) : header_(header) {}
+  void check(const ProxyPart& part) {
+    const auto no = [&](const std::string& reason) { refuse(header_, reason); };
+    if (!plainName(part.name) || !parts_.insert(part.name).second)
+      no(fmt::format("the part name '{}' is not plain or comes twice", part.name));
     if (!(part.unit > 0.0) || !std::isfinite(part.unit) || !std::isfinite(part.zero) ||
         !std::isfinite(part.error))
-      refuse(fmt::format("part '{}' has unit {}, zero {}, error {}", part.name, part.unit,
-                         part.zero, part.error));
+      no(fmt::format("part '{}' has unit {}, zero {}, error {}", part.name, part.unit, part.zero,
+                     part.error));
     std::set<std::string> names;
     for (const Channel& channel : part.channels) {
       if (!plainName(channel.name) || !names.insert(channel.name).second)
-        refuse(fmt::format("the channel name '{}' is not plain or comes twice", channel.name));
-      if (channel.values.size() != size.pixels())
-        refuse(fmt::format("channel '{}' has {} values, the picture {}", channel.name,
-                           channel.values.size(), size.pixels()));
+        no(fmt::format("the channel name '{}' is not plain or comes twice", channel.name));
+      if (channel.values.size() != header_.size.pixels())
+        no(fmt::format("channel '{}' has {} values, the picture {}", channel.name,
+                       channel.values.size(), header_.size.pixels()));
     }
-    if (part.channels.empty()) refuse(fmt::format("part '{}' has no channels", part.name));
-    channels += part.channels.size();
+    if (part.channels.empty()) no(fmt::format("part '{}' has no channels", part.name));
+    channels_ += part.channels.size();
+    if (channels_ > std::size_t(ExrLimits::kChannels))
+      no(fmt::format("it has {} channels", channels_));
   }
-  if (channels > std::size_t(ExrLimits::kChannels))
-    refuse(fmt::format("it has {} channels", channels));
-}
 
-std::vector<StoredPart> store(const ProxyImage& image, bool sparse) {
-  std::vector<StoredPart> parts;
-  std::vector<std::pair<int, int>> jobs;
-  for (const ProxyPart& part : image.parts) {
-    StoredPart stored{{part.name, part.unit, part.zero, part.error, {}}, {}, {}};
-    for (const Channel& c : part.channels) {
-      jobs.emplace_back(int(parts.size()), int(stored.channels.size()));
-      stored.layout.channels.push_back({c.name, c.storage});
-      stored.channels.emplace_back();
-    }
-    parts.push_back(std::move(stored));
-  }
-  forEachOnExrThreads(int(jobs.size()), [&](int i) {
-    auto [p, c] = jobs[std::size_t(i)];
-    const ProxyPart& part = image.parts[std::size_t(p)];
-    StoredPart& stored = parts[std::size_t(p)];
-    storeChannel(part, part.channels[std::size_t(c)], image.header.size, sparse,
-                 stored.layout.channels[std::size_t(c)], stored.channels[std::size_t(c)]);
+ private:
+  const ProxyHeader& header_;
+  std::set<std::string> parts_;
+  std::size_t channels_ = 0;
+};
+
+StoredPart store(const ProxyPart& part, ImageSize size, bool sparse) {
+  StoredPart stored{{part.name, part.unit, part.zero, part.error, {}},
+                    std::vector<StoredChannel>(part.channels.size()),
+                    {}};
+  for (const Channel& c : part.channels) stored.layout.channels.push_back({c.name, c.storage});
+  forEachOnExrThreads(int(part.channels.size()), [&](int i) {
+    const std::size_t c = std::size_t(i);
+    storeChannel(part, part.channels[c], size, sparse, stored.layout.channels[c],
+                 stored.channels[c]);
   });
-  for (std::size_t p = 0; p < parts.size(); ++p) {
-    StoredPart& stored = parts[p];
-    for (const StoredChannel& channel : stored.channels) stored.extent.add(channel.extent);
-    if (stored.extent.x0 < stored.extent.x1) continue;
-    // OpenEXR wants a channel and a pixel: a part that is constant throughout keeps one of each.
-    stored.extent = {0, 0, 1, 1};
-    if (std::all_of(stored.layout.channels.begin(), stored.layout.channels.end(),
-                    [](const ChannelLayout& c) { return c.constant; })) {
-      stored.layout.channels[0].constant = false;
-      const Channel& first = image.parts[p].channels[0];
-      first.storage == ChannelStorage::Half
-          ? storeHalves(image.parts[p], first, stored.channels[0])
-          : storeFloats(image.parts[p], first, stored.channels[0]);
-    }
+  for (const StoredChannel& channel : stored.channels) stored.extent.add(channel.extent);
+  if (stored.extent.x0 < stored.extent.x1) return stored;
+  // OpenEXR wants a channel and a pixel: a part that is constant throughout keeps one of each.
+  stored.extent = {0, 0, 1, 1};
+  if (std::all_of(stored.layout.channels.begin(), stored.layout.channels.end(),
+                  [](const ChannelLayout& c) { return c.constant; })) {
+    stored.layout.channels[0].constant = false;
+    const Channel& first = part.channels[0];
+    first.storage == ChannelStorage::Half ? storeHalves(part, first, stored.channels[0])
+                                          : storeFloats(part, first, stored.channels[0]);
   }
-  return parts;
+  return stored;
 }
 
-Imf::Header headerOf(const ProxyImage& image, const StoredPart& part, bool first) {
-  const ImageSize size = image.header.size;
+Imf::Header headerOf(const ProxyHeader& proxy, const StoredPart& part, int zipLevel, bool first) {
+  const ImageSize size = proxy.size;
   const Extent& e = part.extent;
   Imf::Header header(Imath::Box2i({0, 0}, {size.width - 1, size.height - 1}),
                      Imath::Box2i({e.x0, e.y0}, {e.x1 - 1, e.y1 - 1}));
   header.compression() = Imf::ZIP_COMPRESSION;
-  header.zipCompressionLevel() = kZipLevel;
+  header.zipCompressionLevel() = zipLevel;
   header.setName(part.layout.name);
   header.setType(Imf::SCANLINEIMAGE);
   for (const ChannelLayout& c : part.layout.channels)
@@ -267,7 +266,7 @@ Imf::Header headerOf(const ProxyImage& image, const StoredPart& part, bool first
       header.channels().insert(
           c.name, Imf::Channel(c.storage == ChannelStorage::Half ? Imf::HALF : Imf::FLOAT));
   // Readers need them once; part 0 speaks for the file.
-  if (first) setProxyAttributes(header, image.header);
+  if (first) setProxyAttributes(header, proxy);
   setPartAttributes(header, part.layout);
   return header;
 }
@@ -290,40 +289,98 @@ void writePart(Imf::MultiPartOutputFile& file, int number, const StoredPart& par
   out.writePixels(part.extent.y1 - part.extent.y0);
 }
 
-std::vector<std::byte> encode(const ProxyImage& image, bool sparse) {
-  std::vector<StoredPart> parts = store(image, sparse);
+std::vector<std::byte> encode(const ProxyHeader& header, const std::vector<StoredPart>& parts,
+                              int zipLevel) {
   std::vector<Imf::Header> headers;
-  for (const StoredPart& part : parts) headers.push_back(headerOf(image, part, headers.empty()));
+  for (const StoredPart& part : parts)
+    headers.push_back(headerOf(header, part, zipLevel, headers.empty()));
   MemoryStream stream;
   {
     Imf::MultiPartOutputFile file(stream, headers.data(), int(headers.size()));
     for (std::size_t p = 0; p < parts.size(); ++p)
-      writePart(file, int(p), parts[p], image.header.size.width);
+      writePart(file, int(p), parts[p], header.size.width);
   }  // writes the tables of chunks
   return stream.take();
 }
 
-}  // namespace
+std::vector<std::byte> encode(const ProxyImage& image, bool sparse) {
+  std::vector<StoredPart> parts;
+  for (const ProxyPart& part : image.parts) parts.push_back(store(part, image.header.size, sparse));
+  return encode(image.header, parts, kZipLevel);
+}
 
-std::vector<std::byte> encodeExr(const ProxyImage& image, EmptyPixels empty) {
-  validate(image);
+std::uint64_t pictureBytesOf(const ProxyHeader& header, const ProxyPart& part) {
+  std::uint64_t bytes = 0;
+  for (const Channel& c : part.channels)
+    bytes += header.size.pixels() * (c.storage == ChannelStorage::Half ? 2u : 4u);
+  return bytes;
+}
+
+/// Parts are made once for the headers, which come first in the file, and once to be written.
+std::vector<std::byte> encode(const ProxyHeader& header, int parts,
+                              const std::function<ProxyPart(int)>& part, int zipLevel, bool sparse,
+                              std::uint64_t& pictureBytes) {
+  PartValidator validator(header);
+  std::vector<Imf::Header> headers;
+  pictureBytes = 0;
+  for (int i = 0; i < parts; ++i) {
+    const ProxyPart made = part(i);
+    validator.check(made);
+    pictureBytes += pictureBytesOf(header, made);
+    headers.push_back(headerOf(header, store(made, header.size, sparse), zipLevel, i == 0));
+  }
+  MemoryStream stream;
+  {
+    Imf::MultiPartOutputFile file(stream, headers.data(), parts);
+    for (int i = 0; i < parts; ++i) {
+      const ProxyPart made = part(i);
+      writePart(file, i, store(made, header.size, sparse), header.size.width);
+    }
+  }
+  return stream.take();
+}
+
+/// encode(sparse, pictureBytes), sparsely if it may be; a huge and nearly empty picture would look
+/// like a trap to readers: then every pixel is stored.
+template <typename Encode>
+std::vector<std::byte> encodeFitting(const ProxyHeader& header, bool sparse, const Encode& encode) {
   ensureExrThreads();
-  std::uint64_t pictureBytes = 0;
-  for (const ProxyPart& part : image.parts)
-    for (const Channel& c : part.channels)
-      pictureBytes += image.header.size.pixels() * (c.storage == ChannelStorage::Half ? 2u : 4u);
   try {
-    if (empty == EmptyPixels::Store) return encode(image, false);
-    std::vector<std::byte> bytes = encode(image, true);
-    // A huge and nearly empty picture would look like a trap to readers: store every pixel then.
-    if (!pictureFitsFile(pictureBytes, bytes.size())) bytes = encode(image, false);
+    std::uint64_t pictureBytes = 0;
+    std::vector<std::byte> bytes = encode(sparse, pictureBytes);
+    if (sparse && !pictureFitsFile(pictureBytes, bytes.size())) bytes = encode(false, pictureBytes);
     return bytes;
   } catch (const Error&) {
     throw;
   } catch (const std::exception& e) {
     throw Error(ErrorCode::Internal, fmt::format("the {} proxy of field '{}' does not encode: {}",
-                                                 image.header.kind, image.header.field, e.what()));
+                                                 header.kind, header.field, e.what()));
   }
+}
+
+}  // namespace
+
+std::vector<std::byte> encodeExr(const ProxyImage& image, EmptyPixels empty) {
+  validate(image.header, image.parts.size());
+  PartValidator validator(image.header);
+  std::uint64_t all = 0;
+  for (const ProxyPart& part : image.parts) {
+    validator.check(part);
+    all += pictureBytesOf(image.header, part);
+  }
+  return encodeFitting(image.header, empty == EmptyPixels::Omit,
+                       [&](bool sparse, std::uint64_t& pictureBytes) {
+                         pictureBytes = all;
+                         return encode(image, sparse);
+                       });
+}
+
+std::vector<std::byte> encodeExr(const ProxyHeader& header, int parts,
+                                 const std::function<ProxyPart(int)>& part, int zipLevel) {
+  validate(header, std::size_t(std::max(parts, 0)));
+  return encodeFitting(header, true, [&](bool sparse, std::uint64_t& pictureBytes) {
+    return encode(header, parts, part, zipLevel, sparse, pictureBytes);
+  });
 }
 
 }  // namespace vestige

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,6 +22,12 @@ enum class EmptyPixels { Omit, Store };
 /// name is not [A-Za-z0-9_.+-]+, a value does not fit its storage, or the header makes no sense.
 std::vector<std::byte> encodeExr(const ProxyImage& image, EmptyPixels empty = EmptyPixels::Omit);
 
+/// The same of parts that are made one at a time, so that no more than one is held: `part(i)` is
+/// called twice for each i in [0, parts), in order, and gives equal parts. `zipLevel` is deflate's,
+/// 1 .. 9.
+std::vector<std::byte> encodeExr(const ProxyHeader& header, int parts,
+                                 const std::function<ProxyPart(int)>& part, int zipLevel);
+
 /// One EXR of an archive, opened lazily: the constructor reads headers only, `part` decodes one
 /// part. Throws Io when it cannot be read, Format with file and reason when it is not a proxy or
 /// is hostile: sizes are checked against the file before anything is allocated. One thread at a
@@ -36,6 +43,8 @@ class ExrFile {
   const ProxyHeader& header() const;
   std::vector<std::string> partNames() const;
   bool has(const std::string& part) const;
+  /// ProxyPart::unit, without decoding; throws NotFound naming part and file.
+  double unitOf(const std::string& part) const;
   /// Decodes a part in world units; throws NotFound naming part and file.
   ProxyPart part(const std::string& name) const;
   /// All parts.

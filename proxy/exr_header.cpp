@@ -238,6 +238,7 @@ void setProxyAttributes(Imf::Header& header, const ProxyHeader& proxy) {
     write.text("vestige:baseTransferFunction", base.dump());
   }
   if (!proxy.isovalues.empty()) write.numbers("vestige:isovalues", proxy.isovalues);
+  if (!proxy.slabDepths.empty()) write.numbers("vestige:slabDepths", proxy.slabDepths);
   write.text("vestige:shading", proxy.shading);
   write.text("vestige:statistics", withSpelledNonFinites(toJson(proxy.statistics)).dump());
   write.text("vestige:provenance", proxy.provenance);
@@ -293,6 +294,9 @@ ProxyHeader proxyHeaderFrom(const Imf::Header& header) try {
   if (std::string base = read.text("vestige:baseTransferFunction"); !base.empty())
     proxy.base = transferFunctionFromJson(json::parse(base));
   proxy.isovalues = read.numbers("vestige:isovalues");
+  proxy.slabDepths = read.numbers("vestige:slabDepths");
+  if (proxy.slabDepths.size() > std::size_t(ExrLimits::kParts))
+    refuse(fmt::format("it has {} depths of slabs", proxy.slabDepths.size()));
   proxy.shading = read.text("vestige:shading");
   if (proxy.isovalues.size() > std::size_t(ExrLimits::kParts))
     refuse(fmt::format("it has {} isovalues", proxy.isovalues.size()));

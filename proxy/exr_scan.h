@@ -12,7 +12,7 @@ namespace vestige {
 struct ExrLimits {
   static constexpr int kSide = 32768;
   static constexpr int kChannels = 4096;
-  static constexpr int kParts = 64;
+  static constexpr int kParts = 80;
   static constexpr int kAttributes = 1024;                  ///< a part
   static constexpr std::uint64_t kChunkBytes = 128u << 20;  ///< of up to 16 lines, decoded
   static constexpr std::uint64_t kHeaderBytes = 16u << 20;

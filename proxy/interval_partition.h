@@ -34,6 +34,15 @@ class IntervalPartition {
   double low() const { return bounds_.front(); }
   double high() const { return bounds_.back(); }
 
+  /// Channels in the order of their values: rank 0 is below, 1 .. L the intervals, L + 1 above,
+  /// L + 2 no data.
+  int rankOf(int channel) const {
+    return channel == below() ? 0 : channel < intervals() ? channel + 1 : channel;
+  }
+  int channelAt(int rank) const {
+    return rank == 0 ? below() : rank <= intervals() ? rank - 1 : rank;
+  }
+
   /// The channel of a value; NaN and infinities are noData.
   int channelOf(double value) const;
   /// (value - low) / (high - low) in double.

@@ -9,8 +9,10 @@
 #include <optional>
 #include <tuple>
 
+#include "proxy/error.h"
 #include "proxy/layered_layout.h"
 #include "proxy/proxy_layout.h"
+#include "proxy/sliced_stack.h"
 
 namespace vestige {
 namespace {
@@ -294,5 +296,16 @@ std::vector<std::string> outOfRange(const ProxyHeader& header, const ProxyPart& 
 }
 
 std::vector<std::string> problemsOf(const ProxyImage& image) { return Checker(image).run(); }
+
+std::vector<std::string> problemsOf(const ExrFile& file) {
+  if (file.header().kind != kind::kSliced) return problemsOf(file.image());
+  try {
+    readStack(file);
+  } catch (const Error& e) {
+    if (e.code() != ErrorCode::Format && e.code() != ErrorCode::NotFound) throw;
+    return {e.what()};
+  }
+  return {};
+}
 
 }  // namespace vestige

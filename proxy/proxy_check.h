@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "proxy/exr_file.h"
 #include "proxy/proxy_image.h"
 
 namespace vestige {
@@ -12,6 +13,8 @@ namespace vestige {
 /// values outside of what the table of ProxyPart and method §2 allow, storage errors granted. One
 /// sentence each; empty = all is well.
 std::vector<std::string> problemsOf(const ProxyImage& image);
+/// The same of a file; stacks are read part by part. Throws as ExrFile.
+std::vector<std::string> problemsOf(const ExrFile& file);
 
 /// What of that concerns each value by itself, for readers that cannot afford the rest: the first
 /// pixel of each channel outside of its range. Nanoseconds a pixel and channel.

@@ -15,7 +15,7 @@ namespace vestige {
 
 inline constexpr int kSchemaVersion = 1;
 
-/// The proxies of method §2 and §3, by the name they have in archives.
+/// The proxies of method §2, §3 and §6, by the name they have in archives.
 namespace kind {
 inline constexpr std::string_view kAttenuation = "attenuation";
 inline constexpr std::string_view kLength = "length";
@@ -23,6 +23,7 @@ inline constexpr std::string_view kDepth = "depth";
 inline constexpr std::string_view kMip = "mip";
 inline constexpr std::string_view kReference = "reference";
 inline constexpr std::string_view kLayered = "layered";
+inline constexpr std::string_view kSliced = "sliced";
 }  // namespace kind
 
 /// Everything that a proxy says of itself; the EXR attributes of docs/archive-format.md.
@@ -39,6 +40,7 @@ struct ProxyHeader {
   std::optional<IntervalPartition> partition;  ///< attenuation, length
   std::optional<TransferFunction> base;        ///< the run's base transfer function
   std::vector<double> isovalues;               ///< depth: one per layer
+  std::vector<double> slabDepths;              ///< sliced: planar, rising; one more than slabs
   std::string shading;                         ///< layered: the light that its colours hold
   FieldStatistics statistics;
   std::string provenance;  ///< "vestige 0.1.0; ..." free text
@@ -74,6 +76,12 @@ struct Channel {
 ///              boundaries     zMM: planar depth of its near face; the last one is the
 ///                             far face of the last layer; 0 = the ray is empty;         half
 ///              state          state: LayeredState;                                      half
+/// sliced       faces          fSS: 1 + rank (IntervalPartition::rankOf) in which the ray
+///                             passes the face in front of slab SS, 0 = outside;         half
+///              slabSS         below, i00 ...: share of the ray's stretch in slab SS with
+///                             values under the upper bound of that channel; nodata: share
+///                             without data; low, high: place of the lowest and highest
+///                             rank's mean depth in the slab, 0 = at a face;             half
 /// A part's values are stored divided by `unit` after subtracting `zero`; readers undo it, so
 /// in memory every channel is in the unit that the table gives and ℓ, z̄ are world units. Where
 /// zero != 0 a stored 0 means missing and is 0 in memory. proxy_layout.h makes parts whose values

@@ -15,7 +15,8 @@
 //
 // Marcher defines INTERVALS, LAYERS (counts); STRETCH (steps), EACH_STEP(X) = X(0, 1) X(1, 2) ...,
 // EACH_STEP_BACK(X) in reverse; EACH_LAYER(X) = X(0) X(1) ...; and where requested LENGTH,
-// ATTENUATION, MIP, REFERENCE, PHONG, and BASE where the base transfer function is needed.
+// ATTENUATION, MIP, REFERENCE, PHONG, and BASE where the base transfer function is needed; or SLAB
+// alone: lengths between two depths, which slab_march.cpp reads.
 
 layout(local_size_x = 64) in;
 
@@ -32,6 +33,9 @@ uniform float stepDepth;
 uniform float firstDepth;   // z of the camera plane
 uniform float depthOrigin;  // Z_0
 uniform mat3 eyeFromWorld;
+#ifdef SLAB
+uniform vec2 slab;  // the depths z between which rays are followed
+#endif
 
 const int kChannels = INTERVALS + 3;
 const int kNoData = INTERVALS + 2;
@@ -41,10 +45,14 @@ uniform float backgroundHigh;
 #endif
 uniform vec2 edges[INTERVALS + 4];  // value, and the base function's integral up to it
 
+#ifdef SLAB
+const int kNoRank = 128;  // more than there are; slab_march.cpp
+#endif
+
 // Channels as the partition numbers them (intervals, below, above, no data) from ours.
 #define OUTER(c) ((c) == 0 ? INTERVALS : (c) <= INTERVALS ? (c) - 1 : (c))
 
-#if defined(LENGTH) || defined(ATTENUATION)
+#if defined(LENGTH) || defined(ATTENUATION) || defined(SLAB)
 #define RUNS
 #endif
 
@@ -136,6 +144,9 @@ void main() {
   vec3 node0 = origin * nodesFromLocal + nodesOrigin, nodeDirection = direction * nodesFromLocal;
   float lengthPerDepth = length(direction), stepLength = stepDepth * lengthPerDepth;
   vec2 inBox = clipToBox(origin, direction);
+#ifdef SLAB
+  inBox = vec2(max(inBox.x, slab.x), min(inBox.y, slab.y));
+#endif
   bool miss = !(inBox.x < inBox.y);
   float zIn = miss ? 0.0 : inBox.x, zOut = miss ? 0.0 : inBox.y;
 
@@ -457,6 +468,28 @@ void main() {
 #endif
 #endif  // QUIET
 
+#ifdef SLAB
+  // The last run ends at the exit. Only the ranks between the lowest and the highest are stored.
+  float run = zOut - runStart;
+  sums[channel] += vec4(run, 0.5 * run * (zOut + runStart), 0.0, 0.0);
+  lastRun = run > 0.0 ? channel : lastRun;
+  firstRun = firstRun < 0 ? lastRun : firstRun;
+  float worldPerDepth = scale * lengthPerDepth;
+  int least = kNoRank - 1, most = 0, c = lowest;
+  do {
+    bool met = sums[c].x > 0.0 && c < kNoData;
+    least = met ? min(least, c) : least;
+    most = met ? max(most, c) : most;
+    planes[(4 + c) * planeSize + place] = worldPerDepth * sums[c].x;
+    ++c;
+  } while (c <= highest);
+  bool gaps = highest == kNoData;
+  vec4 low0 = sums[min(least, kNoData)], high0 = sums[most];
+  planes[place] = miss ? -1.0 : float(firstRun + kNoRank * (lastRun + (gaps ? kNoRank : 0)));
+  planes[planeSize + place] = float(least + kNoRank * most);
+  planes[2 * planeSize + place] = worldPerDepth * (depthOrigin * low0.x + scale * low0.y);
+  planes[3 * planeSize + place] = worldPerDepth * (depthOrigin * high0.x + scale * high0.y);
+#else
   put(miss ? kInfinity : depthOrigin + scale * zIn);
   put(miss ? -kInfinity : depthOrigin + scale * zOut);
 #ifdef RUNS
@@ -531,4 +564,5 @@ void main() {
   put(light.g);
   put(light.b);
 #endif
+#endif  // SLAB
 }

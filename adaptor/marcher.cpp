@@ -12,6 +12,7 @@
 #include "adaptor/layer_march.h"
 #include "adaptor/march_pass.h"
 #include "adaptor/ray_planes.h"
+#include "adaptor/slab_march.h"
 #include "adaptor/stopwatch.h"
 #include "adaptor/tile_plan.h"
 #include "march_base_glsl.embed.h"
@@ -49,6 +50,7 @@ struct Marcher::Impl {
       planes.reset();
       programs.clear();
       second.reset();
+      slabs.reset();
     });
   }
 
@@ -61,6 +63,7 @@ struct Marcher::Impl {
   std::optional<gl::Buffer> planes;
   std::map<std::string, gl::Program> programs;
   std::optional<LayerMarch> second;
+  std::optional<SlabMarch> slabs;
   Times times;
 };
 
@@ -203,6 +206,18 @@ void Marcher::marchLight(const MarchRequest& request, LightDepth& light) {
   });
   impl_->times.march = watch.seconds();
   impl_->times.readBack = 0.0;
+}
+
+void Marcher::marchSlabs(const MarchRequest& request, std::span<const double> depths,
+                         const TakeSlab& take) {
+  checkRequest(request);
+  SlabMarch::Times times;
+  impl_->device->run([&] {
+    if (!impl_->slabs) impl_->slabs.emplace();
+    impl_->slabs->march(impl_->volume, request, depths, take, times);
+  });
+  impl_->times.march = times.march;
+  impl_->times.readBack = times.readBack;
 }
 
 const Marcher::Times& Marcher::times() const { return impl_->times; }

@@ -6,6 +6,7 @@
 
 #include "adaptor/layer_gather.h"
 #include "adaptor/march_types.h"
+#include "adaptor/slab_rays.h"
 #include "proxy/gl/device.h"
 
 namespace vestige {
@@ -30,6 +31,10 @@ class Marcher {
   /// Marches it once more for layers, or for what it puts in a light's way.
   LayerRays marchLayers(const MarchRequest& request, const LayerRequest& layers);
   void marchLight(const MarchRequest& request, LightDepth& light);
+  /// Marches it slab by slab for sliced opacity lengths; `take` runs on the device's thread. Of the
+  /// request, camera, size, partition, domain and stepLength count. `depths` are planar and rise.
+  void marchSlabs(const MarchRequest& request, std::span<const double> depths,
+                  const TakeSlab& take);
 
   /// Seconds of the last upload and march, read-back apart.
   struct Times {

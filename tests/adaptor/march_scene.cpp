@@ -148,6 +148,23 @@ GatheredLayers marchLayers(Marcher& marcher, const Scene& scene, const MarchRequ
   return {gatherer.planes(rays.exit), gatherer.light(), rays};
 }
 
+std::vector<SlabRays> marchSlabs(Marcher& marcher, const Scene& scene, const MarchRequest& request,
+                                 const std::vector<double>& depths, const Cuts& cuts, int ghosts) {
+  std::vector<SlabRays> slabs(depths.size() - 1);
+  for (const Part& part : partsOf(scene, request.camera, cuts, ghosts)) {
+    uploadPart(marcher, scene, request, part);
+    marcher.marchSlabs(request, depths, [&](int s, SlabRays rays) {
+      SlabRays& slab = slabs[std::size_t(s)];
+      if (slab.cells.empty()) {
+        slab = std::move(rays);
+      } else {
+        compositeSlabs(slab, rays);
+      }
+    });
+  }
+  return slabs;
+}
+
 std::shared_ptr<gl::Device> sharedDevice(const std::string& backend) {
   static std::map<std::string, std::shared_ptr<gl::Device>> devices;
   auto& device = devices[backend];

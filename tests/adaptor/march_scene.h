@@ -47,6 +47,10 @@ GatheredLayers marchLayers(Marcher& marcher, const Scene& scene, const MarchRequ
                            int layers, std::optional<glm::dvec3> light, const Cuts& cuts,
                            int ghosts);
 
+/// The slabs of a scene in such blocks, composited.
+std::vector<SlabRays> marchSlabs(Marcher& marcher, const Scene& scene, const MarchRequest& request,
+                                 const std::vector<double>& depths, const Cuts& cuts, int ghosts);
+
 /// One device per backend for a whole test program.
 std::shared_ptr<gl::Device> sharedDevice(const std::string& backend);
 

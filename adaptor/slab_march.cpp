@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "adaptor/slab_march.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "adaptor/stopwatch.h"
+#include "adaptor/tile_plan.h"
+#include "march_field_glsl.embed.h"
+#include "march_glsl.embed.h"
+#include "proxy/error.h"
+#include "proxy/gl/functions.h"
+#include "proxy/proxy_layout.h"
+
+namespace vestige {
+namespace {
+
+constexpr int kStretch = 4;  ///< steps between two looks for crossings: slabs are short
+constexpr int kTile = TilePlan::kTile;
+constexpr std::size_t kBandBytes = 16u << 20;  ///< of the planes of a band of rows
+constexpr int kNoRank = 128;                   ///< march.glsl
+constexpr int kCellPlanes = 4;                 ///< ends; lowest and highest; two moments
+
+std::size_t planeCount(const MarchRequest& request) {
+  return std::size_t(kCellPlanes + request.partition.channels());
+}
+
+std::string unrolled(int count, bool backward = false) {
+  std::string text;
+  for (int i = 0; i < count; ++i) {
+    const int k = backward ? count - 1 - i : i;
+    text += "X(" + std::to_string(k) + ", " + std::to_string(k + 1) + ") ";
+  }
+  return text;
+}
+
+/// Appends the cells of a band of rows, as march.glsl stored them in planes of `count` pixels.
+void takeCells(const float* planes, std::size_t count, int noDataRank, SlabRays& rays) {
+  for (std::size_t i = 0; i < count; ++i) {
+    SlabCell& cell = rays.cells.emplace_back();
+    cell.begin = std::uint32_t(rays.lengths.size());
+    if (planes[i] < 0.0f) continue;
+    const int ends = int(planes[i]), ranks = int(planes[count + i]);
+    const auto lengthAt = [&](int rank) {
+      return planes[std::size_t(kCellPlanes + rank) * count + i];
+    };
+    cell.first = std::uint8_t(ends % kNoRank);
+    cell.last = std::uint8_t(ends / kNoRank % kNoRank);
+    if (ends / kNoRank / kNoRank > 0) cell.noData = lengthAt(noDataRank);
+    const int lowest = ranks % kNoRank, highest = ranks / kNoRank;
+    if (lowest > highest) continue;
+    cell.lowest = std::uint8_t(lowest);
+    cell.highest = std::uint8_t(highest);
+    cell.lowMoment = planes[2 * count + i];
+    cell.highMoment = planes[3 * count + i];
+    for (int rank = lowest; rank <= highest; ++rank) rays.lengths.push_back(lengthAt(rank));
+  }
+}
+
+}  // namespace
+
+/// The programs of a slab and the tiles that they are run on. Tiles in whose depths nothing but the
+/// background lies in the slab are quiet.
+struct SlabMarch::Passes {
+  std::vector<glm::vec4> marched, quiet;
+  std::vector<TilePass> passes;
+  std::vector<const gl::Program*> programs;
+
+  Passes(const TilePlan& plan, glm::vec2 slab) : quiet(plan.quiet) {
+    for (const glm::vec4& tile : plan.marched)
+      (plan.background && (tile.w < slab.x || tile.z > slab.y) ? quiet : marched).push_back(tile);
+    // TilePass wants them by rows.
+    std::stable_sort(quiet.begin(), quiet.end(),
+                     [](const glm::vec4& a, const glm::vec4& b) { return a.y < b.y; });
+  }
+};
+
+const gl::Program& SlabMarch::program(const MarchRequest& request, const MarchSetup& setup,
+                                      const BlockVolume& volume, bool quiet) {
+  MarchDefines defines = {{"INTERVALS", std::to_string(request.partition.intervals())},
+                          {"LAYERS", "0"},
+                          {"STRETCH", std::to_string(kStretch)},
+                          {"EACH_STEP(X)", unrolled(kStretch)},
+                          {"EACH_STEP_BACK(X)", unrolled(kStretch, true)},
+                          {"EACH_LAYER(X)", ""},
+                          {"SLAB", ""}};
+  if (quiet) defines.push_back({"QUIET", ""});
+  addFieldDefines(defines, setup, volume, !quiet);
+  std::string key;
+  for (const auto& [name, value] : defines) key += name + "=" + value + ";";
+  const auto found = programs_.find(key);
+  if (found != programs_.end()) return found->second;
+  const std::string source =
+      std::string(embedded::march_field_glsl) + std::string(embedded::march_glsl);
+  return programs_.emplace(key, gl::Program({{GL_COMPUTE_SHADER, source}}, defines)).first->second;
+}
+
+SlabRays SlabMarch::readSlab(const Passes& passes, const MarchRequest& request, glm::vec2 slab,
+                             Times& times) {
+  const gl::Functions& f = gl::functions();
+  const auto [width, height] = request.size;
+  const std::size_t rowBytes = planeCount(request) * std::size_t(width) * sizeof(float);
+  const int fitting = int(std::max<std::size_t>(1, kBandBytes / rowBytes / kTile)) * kTile;
+  const int rows = std::min(fitting, (height + kTile - 1) / kTile * kTile);
+  const auto bytes = GLsizeiptr(rowBytes * std::size_t(rows));
+  SlabRays rays;
+  rays.cells.reserve(request.size.pixels());
+  for (int row = 0; row < height; row += rows) {
+    const Stopwatch marching;
+    const int count = std::min(rows, height - row);
+    if (!planes_) {
+      planes_.emplace();
+    }
+    f.BindBuffer(GL_SHADER_STORAGE_BUFFER, planes_->id());
+    f.BufferData(GL_SHADER_STORAGE_BUFFER, bytes, nullptr, GL_STREAM_READ);
+    f.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, planes_->id());
+    for (std::size_t i = 0; i < passes.passes.size(); ++i) {
+      passes.programs[i]->use();
+      f.Uniform2f(passes.programs[i]->uniform("slab"), slab.x, slab.y);
+      passes.passes[i].run(row, count);
+    }
+    f.BindBuffer(GL_SHADER_STORAGE_BUFFER, planes_->id());
+    f.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    f.Finish();
+    times.march += marching.seconds();
+    const Stopwatch reading;
+    const auto* mapped = static_cast<const float*>(
+        f.MapBufferRange(GL_SHADER_STORAGE_BUFFER, 0, bytes, GL_MAP_READ_BIT));
+    if (!mapped) {
+      gl::checkErrors("the read-back of a slab");
+      throw Error(ErrorCode::Gl, "the read-back of a slab: the result could not be mapped");
+    }
+    takeCells(mapped, std::size_t(width) * std::size_t(count), request.partition.noData(), rays);
+    f.UnmapBuffer(GL_SHADER_STORAGE_BUFFER);
+    times.readBack += reading.seconds();
+  }
+  gl::checkErrors("the march of a slab");
+  return rays;
+}
+
+void SlabMarch::march(const BlockVolume& volume, const MarchRequest& request,
+                      std::span<const double> depths, const TakeSlab& take, Times& times) {
+  MarchRequest lengths = request;
+  lengths.attenuation = lengths.length = lengths.mip = lengths.reference = false;
+  lengths.isovalues.clear();
+  const int slabs = int(depths.size()) - 1;
+  const BlockGrid& grid = volume.grid();
+  const auto missed = [&] {
+    SlabRays rays;
+    rays.cells.resize(request.size.pixels());
+    return rays;
+  };
+  if (grid.empty()) {
+    for (int s = 0; s < slabs; ++s) take(s, missed());
+    return;
+  }
+  const Stopwatch preparing;
+  const MarchSetup setup(lengths, volume, false);
+  const TilePlan plan(volume.bricks(), setup.bricks, grid, setup.frame, lengths);
+  const MarchTables tables(setup, volume);
+  const gl::Program* marched = &program(lengths, setup, volume, false);
+  setMarchUniforms(*marched, lengths, setup, volume);
+  const gl::Program* quiet = nullptr;
+  if (plan.background) {
+    quiet = &program(lengths, setup, volume, true);
+    setMarchUniforms(*quiet, lengths, setup, volume);
+    const gl::Functions& f = gl::functions();
+    f.Uniform1i(quiet->uniform("backgroundChannel"), plan.background->channel);
+    f.Uniform1f(quiet->uniform("backgroundHigh"), plan.background->high);
+  }
+  times.march += preparing.seconds();
+
+  const DepthRange owned = depthRange(request.camera, grid.owned);
+  for (int s = 0; s < slabs; ++s) {
+    const double from = depths[std::size_t(s)], to = depths[std::size_t(s) + 1];
+    if (to <= owned.low || from >= owned.high) {
+      take(s, missed());
+      continue;
+    }
+    const auto local = [&](double depth) {
+      return float((depth - setup.frame.depthOrigin) / setup.frame.scale);
+    };
+    const glm::vec2 slab(local(from), local(to));
+    Passes passes(plan, slab);
+    if (!passes.marched.empty()) {
+      passes.passes.emplace_back(*marched, passes.marched);
+      passes.programs.push_back(marched);
+    }
+    if (!passes.quiet.empty()) {
+      passes.passes.emplace_back(*quiet, passes.quiet);
+      passes.programs.push_back(quiet);
+    }
+    take(s, readSlab(passes, lengths, slab, times));
+  }
+}
+
+}  // namespace vestige

@@ -38,7 +38,7 @@ SlabRays randomRays(std::size_t pixels, double chord, double depth, std::mt19937
     cell.begin = std::uint32_t(rays.lengths.size());
     cell.lowest = std::uint8_t(random() % 3);
     cell.highest = std::uint8_t(cell.lowest + random() % 5);
-    cell.first = cell.last = std::uint8_t((cell.lowest + cell.highest) / 2);
+    cell.first = cell.last = 2;
     double sum = cell.noData = random() % 4 ? 0.0f : 0.3f;
     for (int rank = cell.lowest; rank <= cell.highest; ++rank) {
       rays.lengths.push_back(0.01f + float(random() % 100));

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -16,6 +17,7 @@
 #include "proxy/error.h"
 #include "proxy/interval_partition.h"
 #include "proxy/layered_layout.h"
+#include "proxy/sliced_stack.h"
 #include "proxy/view_set.h"
 
 namespace vestige {
@@ -56,6 +58,7 @@ void readImage(ConfigReader reader, Config& config) {
   reader.read("phong", config.phong);
   reader.readPositive("step_length", config.stepLength, true);
   reader.readPositive("reference_length", config.referenceLength, true);
+  bool sliced = false;
   const auto proxies = reader.readStrings("proxies");
   if (reader.has("proxies")) {
     const std::vector<std::pair<std::string, bool*>> kinds{{"attenuation", &config.attenuation},
@@ -63,7 +66,8 @@ void readImage(ConfigReader reader, Config& config) {
                                                            {"depth", &config.depth},
                                                            {"mip", &config.mip},
                                                            {"reference", &config.reference},
-                                                           {"layered", &config.layered}};
+                                                           {"layered", &config.layered},
+                                                           {"sliced", &sliced}};
     for (const auto& [name, wanted] : kinds) *wanted = false;
     for (const auto& proxy : proxies) {
       const auto kind = std::find_if(kinds.begin(), kinds.end(),
@@ -77,6 +81,7 @@ void readImage(ConfigReader reader, Config& config) {
       *kind->second = true;
     }
     if (proxies.empty()) reader.fail("proxies", "at least one is needed");
+    if (sliced) config.sliced.emplace();
   }
   reader.rejectUnknownKeys();
 }
@@ -89,6 +94,26 @@ void readLayered(ConfigReader reader, Config& config) {
   }
   if (!config.layered) {
     reader.fail("layers", "[image] proxies does not name \"layered\"");
+  }
+  reader.rejectUnknownKeys();
+}
+
+void readSliced(ConfigReader reader, Config& config) {
+  if (!config.sliced) reader.fail("stacks", "[image] proxies does not name \"sliced\"");
+  SlicedConfig& sliced = *config.sliced;
+  reader.read("stacks", sliced.stacks);
+  if (sliced.stacks != "views") {
+    try {
+      viewSet(sliced.stacks, Box{{0, 0, 0}, {1, 1, 1}}, 1.0);
+    } catch (const Error& error) {
+      reader.fail("stacks", fmt::format("{}; or \"views\"", error.what()));
+    }
+  }
+  reader.readInteger("pixels", 1, 4096, sliced.pixels);
+  reader.readInteger("slabs", 1, SlicedStack::kMostSlabs, sliced.slabs);
+  reader.readInteger("levels", 16, 128, sliced.levels);
+  if (!std::has_single_bit(unsigned(sliced.levels))) {
+    reader.fail("levels", fmt::format("{} is none of 16, 32, 64, 128", sliced.levels));
   }
   reader.rejectUnknownKeys();
 }
@@ -323,11 +348,20 @@ Config configFromText(const std::string& text, const std::string& origin) {
   if (auto reader = root.table("gl")) readGl(*reader, config);
   if (auto reader = root.table("image")) readImage(*reader, config);
   if (auto reader = root.table("layered")) readLayered(*reader, config);
+  if (auto reader = root.table("sliced")) readSliced(*reader, config);
   if (auto reader = root.table("trigger")) readTrigger(*reader, config.trigger);
   std::set<std::string> viewNames;
   for (auto& reader : root.tables("view")) {
     config.views.push_back(readView(reader));
     countViews(reader, config, viewNames);
+  }
+  if (config.sliced && config.sliced->stacks == "views") {
+    const auto perspective = [](const ViewConfig& view) {
+      return view.projection == Projection::Perspective;
+    };
+    if (std::any_of(config.views.begin(), config.views.end(), perspective)) {
+      root.fail("sliced", "stacks = \"views\" needs orthographic views: one is perspective");
+    }
   }
   for (auto& reader : root.tables("field")) config.fields.push_back(readField(reader));
   root.rejectUnknownKeys();

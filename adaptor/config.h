@@ -65,6 +65,14 @@ struct TriggerConfig {
   std::optional<Change> change;
 };
 
+/// [sliced]: stacks of depth slabs (method §6).
+struct SlicedConfig {
+  std::string stacks = "axes";  ///< "views", or a set of viewSet(); opposite views count once
+  int pixels = 512;             ///< most along a side of a stack of a set
+  int slabs = 16;
+  int levels = 32;  ///< of a ray's stretch in a slab
+};
+
 /// What to make of a run.
 struct Config {
   /// Of a step, in all views: 4096 pictures of 512 x 512, or four of the largest size. That is an
@@ -90,6 +98,8 @@ struct Config {
   bool phong = false;
   double stepLength = 0.0;       ///< world; 0 = the smallest spacing
   double referenceLength = 0.0;  ///< world; 0 = the domain's diagonal / 100 (method §0)
+
+  std::optional<SlicedConfig> sliced;
 
   TriggerConfig trigger;
   std::vector<ViewConfig> views;    ///< empty: front

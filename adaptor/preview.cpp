@@ -145,4 +145,30 @@ Raster preview(std::string_view kind, const RayImage& rays, const Classification
   return draw(rays.size, style, referencePixel(rays));
 }
 
+Raster preview(const SlicedStack& stack, const Classification& classification,
+               const PreviewStyle& style) {
+  const IntervalLook look = classification.base.onIntervals(classification.partition);
+  const SlabChords chords(stack.header);
+  return draw(stack.header.size, style, [&](std::size_t p) {
+    Light light;
+    for (std::size_t s = 0; s < stack.slabs.size() && light.alpha < 0.999; ++s) {
+      const StackCell& cell = stack.slabs[s].cells[p];
+      const auto levels = stack.slabs[s].levelsOf(cell);
+      if (levels.empty()) continue;
+      double depth = 0.0;
+      glm::dvec3 glow(0.0);
+      for (std::size_t i = 0; i < levels.size(); ++i) {
+        const auto k = std::size_t(classification.partition.channelAt(int(cell.lowest + i)));
+        depth += levels[i] * look.extinction[k];
+        glow += levels[i] * look.extinction[k] * look.color[k];
+      }
+      if (!(depth > 0.0)) continue;
+      const double opacity = -std::expm1(-depth * chords.chord(int(s), p) / stack.levels);
+      light.color += (1.0 - light.alpha) * opacity * glow / depth;
+      light.alpha += (1.0 - light.alpha) * opacity;
+    }
+    return light;
+  });
+}
+
 }  // namespace vestige

@@ -6,6 +6,7 @@
 #include "adaptor/classification.h"
 #include "adaptor/march_types.h"
 #include "proxy/raster.h"
+#include "proxy/sliced_stack.h"
 
 namespace vestige {
 
@@ -23,7 +24,10 @@ struct PreviewStyle {
 ///   mip          the colour map at the largest value
 ///   reference    itself
 ///   layered      the reference picture of its own light
+/// and of a stack: its slabs as mixtures under the base function.
 Raster preview(std::string_view kind, const RayImage& rays, const Classification& classification,
+               const PreviewStyle& style);
+Raster preview(const SlicedStack& stack, const Classification& classification,
                const PreviewStyle& style);
 
 }  // namespace vestige

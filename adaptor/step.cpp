@@ -31,6 +31,16 @@ std::vector<int> marchedBlocks(const StepFrame& frame) {
   return indices;
 }
 
+/// The same, nearest first for a camera.
+std::vector<int> blocksInOrder(const StepFrame& frame, const Camera& camera) {
+  const auto indices = marchedBlocks(frame);
+  std::vector<Box> boxes;
+  for (const int index : indices) boxes.push_back(frame.blocks->owned(index));
+  std::vector<int> order;
+  for (const auto position : visibilityOrder(boxes, camera)) order.push_back(indices[position]);
+  return order;
+}
+
 /// The smallest spacing of any block, the same for all of them, so that they sample alike; but no
 /// more than kMostSteps along the diagonal, for the sake of grids that are very fine somewhere.
 double defaultStep(const StepFrame& frame, const Box& domain) {
@@ -117,7 +127,10 @@ std::vector<EncodedProxy> StepMarcher::march(const StepFrame& frame, const StepF
   uploaded_ = -1;
   std::vector<EncodedProxy> proxies;
   const auto shadows = marchLight(frame, field, threads, times);
-  for (const auto& view : frame.views) {
+  // A run may want nothing but stacks.
+  const bool views = config_.attenuation || config_.length || config_.depth || config_.mip ||
+                     config_.reference || config_.layered;
+  for (const auto& view : views ? frame.views : std::vector<View>{}) {
     const ViewRays rays =
         marchView(frame, field, view, shadows ? &*shadows : nullptr, threads, times);
     const Stopwatch watch;
@@ -126,6 +139,7 @@ std::vector<EncodedProxy> StepMarcher::march(const StepFrame& frame, const StepF
     std::move(made.begin(), made.end(), std::back_inserter(proxies));
     times.encode += watch.seconds();
   }
+  if (config_.sliced) marchStacks(frame, field, threads, times, proxies);
   return proxies;
 }
 
@@ -159,18 +173,13 @@ std::optional<LightDepth> StepMarcher::marchLight(const StepFrame& frame, const 
   return light;
 }
 
-ViewRays StepMarcher::marchView(const StepFrame& frame, const StepField& field, const View& view,
-                                const LightDepth* shadows, int threads, StepTimes& times) {
-  const auto indices = marchedBlocks(frame);
-  std::vector<Box> boxes;
-  for (const int index : indices) boxes.push_back(frame.blocks->owned(index));
-  const auto request = requestFor(frame, field, view);
-  const auto order = visibilityOrder(boxes, view.camera);
-
+RayImage StepMarcher::marchRays(const StepFrame& frame, const StepField& field,
+                                const MarchRequest& request, int threads, StepTimes& times) {
+  const auto blocks = blocksInOrder(frame, request.camera);
   // Front to back, so that no more than two images are ever held.
   std::optional<RayImage> all;
-  for (const auto position : order) {
-    upload(frame, field, indices[std::size_t(position)], threads, times);
+  for (const int block : blocks) {
+    upload(frame, field, block, threads, times);
     RayImage rays = marcher_.march(request);
     times.march += marcher_.times().march;
     times.readBack += marcher_.times().readBack;
@@ -182,12 +191,19 @@ ViewRays StepMarcher::marchView(const StepFrame& frame, const StepField& field, 
       times.march += watch.seconds();
     }
   }
-  if (!config_.layered) return {std::move(*all), std::nullopt, {}};
+  return std::move(*all);
+}
+
+ViewRays StepMarcher::marchView(const StepFrame& frame, const StepField& field, const View& view,
+                                const LightDepth* shadows, int threads, StepTimes& times) {
+  const auto request = requestFor(frame, field, view);
+  RayImage all = marchRays(frame, field, request, threads, times);
+  if (!config_.layered) return {std::move(all), std::nullopt, {}};
 
   // Once more, now that it is known what is left of each ray (method §3).
-  LayerGatherer gatherer(config_.layers, all->transmittance);
-  for (const auto position : order) {
-    upload(frame, field, indices[std::size_t(position)], threads, times);
+  LayerGatherer gatherer(config_.layers, all.transmittance);
+  for (const int block : blocksInOrder(frame, view.camera)) {
+    upload(frame, field, block, threads, times);
     const LayerRays rays = marcher_.marchLayers(request, gatherer.request(shadows));
     const Stopwatch watch;
     gatherer.add(rays);
@@ -196,9 +212,78 @@ ViewRays StepMarcher::marchView(const StepFrame& frame, const StepField& field, 
   RayImage picture;
   picture.size = request.size;
   picture.reference = gatherer.light();
-  picture.transmittance = all->transmittance;
-  auto planes = gatherer.planes(all->exit);
-  return {std::move(*all), std::move(planes), std::move(picture)};
+  picture.transmittance = all.transmittance;
+  auto planes = gatherer.planes(all.exit);
+  return {std::move(all), std::move(planes), std::move(picture)};
+}
+
+SlicedStack StepMarcher::marchStack(const StepFrame& frame, const StepField& field,
+                                    const StackView& stack, int threads, StepTimes& times) {
+  const auto blocks = blocksInOrder(frame, stack.view.camera);
+  MarchRequest request = requestFor(frame, field, stack.view);
+  request.size = stack.size;
+  ProxyHeader header = headerFor(config_, frame, field, stack.view);
+  header.size = stack.size;
+  header.slabDepths = stack.depths;
+  StackBuilder builder(std::move(header), config_.sliced->levels);
+
+  // One block fills a slab at a time. Several are composited first: sparse, in floats.
+  std::vector<SlabRays> slabs(blocks.size() > 1 ? stack.depths.size() - 1 : 0);
+  double buildSeconds = 0.0;
+  const auto build = [&](const SlabRays& rays) {
+    const Stopwatch watch;
+    builder.add(rays);
+    buildSeconds += watch.seconds();
+  };
+  for (const int block : blocks) {
+    upload(frame, field, block, threads, times);
+    marcher_.marchSlabs(request, stack.depths, [&](int s, SlabRays rays) {
+      if (slabs.empty()) return build(rays);
+      SlabRays& slab = slabs[std::size_t(s)];
+      if (slab.cells.empty()) {
+        slab = std::move(rays);
+      } else {
+        compositeSlabs(slab, rays);
+      }
+    });
+    times.march += marcher_.times().march;
+    times.readBack += marcher_.times().readBack;
+  }
+  for (SlabRays& slab : slabs) {
+    build(slab);
+    slab = {};
+  }
+  times.encode += buildSeconds;
+  return builder.take();
+}
+
+void StepMarcher::marchStacks(const StepFrame& frame, const StepField& field, int threads,
+                              StepTimes& times, std::vector<EncodedProxy>& proxies) {
+  const PreviewStyle style{config_.background, config_.transparentBackground, threads};
+  const bool own = config_.sliced->stacks != "views";
+  for (const StackView& view :
+       stackViews(config_, frame.views, *frame.blocks, field.plan.location)) {
+    const SlicedStack stack = marchStack(frame, field, view, threads, times);
+    {
+      const Stopwatch watch;
+      std::optional<Raster> picture;
+      if (config_.previews) picture = preview(stack, field.classification, style);
+      proxies.push_back(encodeProxy(stack, picture ? &*picture : nullptr));
+      times.encode += watch.seconds();
+    }
+    if (!own || !config_.reference) continue;
+    MarchRequest reference = requestFor(frame, field, view.view);
+    reference.size = view.size;
+    reference.attenuation = reference.length = reference.mip = false;
+    reference.isovalues.clear();
+    const RayImage rays = marchRays(frame, field, reference, threads, times);
+    const Stopwatch watch;
+    std::optional<Raster> picture;
+    if (config_.previews) picture = preview(kind::kReference, rays, field.classification, style);
+    proxies.push_back(encodeProxy(referenceImage(stack.header, rays.reference, rays.transmittance),
+                                  picture ? &*picture : nullptr));
+    times.encode += watch.seconds();
+  }
 }
 
 MarchRequest StepMarcher::requestFor(const StepFrame& frame, const StepField& field,

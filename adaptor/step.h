@@ -8,6 +8,7 @@
 
 #include "adaptor/classification.h"
 #include "adaptor/marcher.h"
+#include "adaptor/stack_views.h"
 #include "adaptor/timings.h"
 #include "proxy/archive.h"
 #include "proxy/view_set.h"
@@ -49,11 +50,19 @@ class StepMarcher {
  private:
   void upload(const StepFrame& frame, const StepField& field, int block, int threads,
               StepTimes& times);
+  /// What rays gather in all blocks.
+  RayImage marchRays(const StepFrame& frame, const StepField& field, const MarchRequest& request,
+                     int threads, StepTimes& times);
   ViewRays marchView(const StepFrame& frame, const StepField& field, const View& view,
                      const LightDepth* shadows, int threads, StepTimes& times);
   /// Of the configured light, if layers are to be shadowed.
   std::optional<LightDepth> marchLight(const StepFrame& frame, const StepField& field, int threads,
                                        StepTimes& times);
+  /// The stacks of [sliced], and their reference pictures where their cameras are their own.
+  void marchStacks(const StepFrame& frame, const StepField& field, int threads, StepTimes& times,
+                   std::vector<EncodedProxy>& proxies);
+  SlicedStack marchStack(const StepFrame& frame, const StepField& field, const StackView& stack,
+                         int threads, StepTimes& times);
   MarchRequest requestFor(const StepFrame& frame, const StepField& field, const View& view) const;
 
   Config config_;

@@ -12,6 +12,7 @@
 #include "proxy/exr_file.h"
 #include "proxy/proxy_image.h"
 #include "proxy/raster.h"
+#include "proxy/sliced_stack.h"
 
 namespace vestige {
 
@@ -47,6 +48,7 @@ struct EncodedProxy {
 /// Throws InvalidArgument when no table can hold the proxy's names, time or cycle, and as encodeExr
 /// and encodePng.
 EncodedProxy encodeProxy(const ProxyImage& image, const Raster* preview = nullptr);
+EncodedProxy encodeProxy(const SlicedStack& stack, const Raster* preview = nullptr);
 
 /// Writes an archive, step by step; a step is in the table whole or not at all, and any prefix of
 /// the history of writes opens cleanly. One writer at a time: it holds an advisory lock on the

@@ -60,21 +60,38 @@ void removeUnfinished(const fs::path& directory, const std::vector<ArchiveRow>& 
 
 }  // namespace
 
-EncodedProxy encodeProxy(const ProxyImage& image, const Raster* preview) {
-  const ProxyHeader& h = image.header;
-  validateName("view", h.view);
-  validateName("field", h.field);
-  validateName("proxy", h.kind);
-  if (!std::isfinite(h.time) || h.cycle < 0)
-    throw Error(ErrorCode::InvalidArgument,
-                fmt::format("a step at time {} and cycle {} cannot be stored", h.time, h.cycle));
-  return {h.time,
-          h.cycle,
-          h.view,
-          h.field,
-          h.kind,
-          encodeExr(image),
+namespace {
+
+/// All of it but the file.
+EncodedProxy encodedProxy(const ProxyHeader& header, std::string kind, const Raster* preview) {
+  validateName("view", header.view);
+  validateName("field", header.field);
+  validateName("proxy", kind);
+  if (!std::isfinite(header.time) || header.cycle < 0)
+    throw Error(
+        ErrorCode::InvalidArgument,
+        fmt::format("a step at time {} and cycle {} cannot be stored", header.time, header.cycle));
+  return {header.time,
+          header.cycle,
+          header.view,
+          header.field,
+          std::move(kind),
+          {},
           preview ? encodePng(*preview) : std::vector<std::byte>{}};
+}
+
+}  // namespace
+
+EncodedProxy encodeProxy(const ProxyImage& image, const Raster* preview) {
+  EncodedProxy proxy = encodedProxy(image.header, image.header.kind, preview);
+  proxy.exr = encodeExr(image);
+  return proxy;
+}
+
+EncodedProxy encodeProxy(const SlicedStack& stack, const Raster* preview) {
+  EncodedProxy proxy = encodedProxy(stack.header, std::string(kind::kSliced), preview);
+  proxy.exr = encodeStack(stack);
+  return proxy;
 }
 
 ArchiveWriter::ArchiveWriter(fs::path directory, ExistingArchive policy)

@@ -188,6 +188,13 @@ TEST(Config, RefusesWhatMakesNoSense) {
   expectError("[gl]\nbackend = 'vulkan'\n", "vulkan");
   expectError("[image]\nproxies = ['lenght']\n", "\"lenght\" is none of");
   expectError("[image]\nproxies = []\n", "at least one");
+  expectError("[sliced]\nslabs = 4\n", "[image] proxies does not name \"sliced\"");
+  const std::string sliced = "[image]\nproxies = ['sliced']\n[sliced]\n";
+  expectError(sliced + "slabs = 65\n", "65");
+  expectError(sliced + "levels = 48\n", "48 is none of 16, 32, 64, 128");
+  expectError(sliced + "stacks = 'fronts'\n", "'fronts'");
+  expectError(sliced + "stacks = 'views'\n[[view]]\nset = 'front'\nprojection = 'perspective'\n",
+              "orthographic");
   expectError("[layered]\nlayers = 4\n", "[image] proxies does not name \"layered\"");
   expectError("[image]\nproxies = ['layered']\n[layered]\nlayers = 17\n", "17");
   expectError("[image]\nproxies = ['layered']\n[layered]\nlight = [0, 0, 0]\n", "no direction");

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "adaptor/block_set.h"
+#include "adaptor/config.h"
+#include "proxy/view_set.h"
+
+namespace vestige {
+
+/// An orthographic view that is cut into slabs.
+struct StackView {
+  View view;
+  ImageSize size;
+  std::vector<double> depths;  ///< of the slabs' faces, planar, rising
+};
+
+/// The stacks that [sliced] asks for. Those of a set have cameras of their own, "stack-front" and
+/// so on, whose pixels are the samples of the field as far as SlicedConfig::pixels allows: square,
+/// as wide as the smallest distance of samples across the view, and centred on them.
+std::vector<StackView> stackViews(const Config& config, const std::vector<View>& views,
+                                  const BlockSet& blocks, Location location);
+
+}  // namespace vestige

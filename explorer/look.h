@@ -23,8 +23,9 @@ enum class Order { Auto, Runs, Mean };
 inline constexpr std::size_t kRunsPixels = 512 * 512;
 enum class NormalSource { Stored, Depth };
 /// What the picture is made of: the intervals (volume) or warped depth layers; MIP; the run's own
-/// reference rendering. Auto: volume at a stored view, layers when rotated.
-enum class Source { Auto, Volume, Layers, Mip, Reference };
+/// reference rendering; piecewise-analytic layers (layered). Auto: volume at a stored view, layers
+/// when rotated; layered where nothing else can answer.
+enum class Source { Auto, Volume, Layers, Mip, Reference, Layered };
 
 /// Degrees in the viewer's frame: 0,0 shines from the viewer, azimuth 90 from the right, elevation
 /// 90 from above.

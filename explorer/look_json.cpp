@@ -20,11 +20,9 @@ const Names<Via> kVias{
 const Names<Order> kOrders{{"auto", Order::Auto}, {"runs", Order::Runs}, {"mean", Order::Mean}};
 const Names<NormalSource> kNormals{{"stored", NormalSource::Stored},
                                    {"depth", NormalSource::Depth}};
-const Names<Source> kSources{{"auto", Source::Auto},
-                             {"volume", Source::Volume},
-                             {"layers", Source::Layers},
-                             {"mip", Source::Mip},
-                             {"reference", Source::Reference}};
+const Names<Source> kSources{{"auto", Source::Auto},           {"volume", Source::Volume},
+                             {"layers", Source::Layers},       {"mip", Source::Mip},
+                             {"reference", Source::Reference}, {"layered", Source::Layered}};
 
 template <typename Enum>
 const char* nameOf(const Names<Enum>& names, Enum value) {

@@ -67,7 +67,7 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
   command.add_option("--view", view_, "Stored view (default: the first)");
   command.add_option("--rotate", rotate_, "Orbit by AZ,EL[,ROLL] degrees");
   command.add_option("--size", size_, "Picture size WxH (default: as stored)");
-  command.add_option("--source", source_, "auto, volume, layers, mip, reference");
+  command.add_option("--source", source_, "auto, volume, layers, mip, reference, layered");
   command.add_option("--opacity", opacity_, "Opacity per reference length 'v:o,v:o,...'");
   command.add_option("--reference-length", referenceLength_, "World length of these opacities");
   command.add_option("--factors", factors_, "One opacity factor an interval '1,0,2,...'");

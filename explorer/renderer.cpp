@@ -128,6 +128,7 @@ struct Renderer::Impl {
   std::unique_ptr<ViewCache> views;
   std::unique_ptr<EditPass> edit;
   std::unique_ptr<LayerPass> layer;
+  std::unique_ptr<LayeredPass> layered;
 
   /// The view that answers: the stored one that looks most nearly along the target's direction.
   ViewData& sourceFor(const Look& look, long cycle, const std::string& field, ViewData& base,
@@ -136,6 +137,7 @@ struct Renderer::Impl {
                   Rendered& out);
   void drawLayers(const Look& look, ViewData& view, const TransferFunction& function,
                   Rendered& out);
+  void drawLayered(const Look& look, ViewData& view, Rendered& out);
   void draw(const Look& look, ViewData& view, const TransferFunction& function, Rendered& out);
   ChannelTable tableOf(Via via, ViewData& view, const TransferFunction& function) const;
   Via viaOf(const Look& look, ViewData& view, Rendered& out) const;
@@ -147,8 +149,12 @@ ViewData& Renderer::Impl::sourceFor(const Look& look, long cycle, const std::str
   ViewData* best = &base;
   double alignment = glm::dot(base.header().camera.forward, target.forward);
   for (const std::string& name : archive->views()) {
-    if (!archive->find(cycle, name, field, kind::kDepth) &&
-        !archive->find(cycle, name, field, kind::kLength)) {
+    const auto stores = [&](std::string_view proxy) {
+      return archive->find(cycle, name, field, proxy) != nullptr;
+    };
+    const bool layers = stores(kind::kDepth) || stores(kind::kLength);
+    if (look.source == Source::Layered ? !stores(kind::kLayered)
+                                       : !layers && !stores(kind::kLayered)) {
       continue;
     }
     ViewData& view = views->get(cycle, name, field);
@@ -275,6 +281,22 @@ void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const Transfer
   if (look.trust) out.trust = trustFromStretch(warped.guess, out.picture);
 }
 
+void Renderer::Impl::drawLayered(const Look& look, ViewData& view, Rendered& out) {
+  const LayeredTextures& layers = view.layered();
+  const ImageSize size = look.size.value_or(layers.size);
+  LayeredView drawn = layered->render(layers, fittedCamera(out.camera, layers.size, size), size);
+  out.picture = std::move(drawn.picture);
+  out.notes.push_back("layered answers: " + std::to_string(layers.layers) +
+                      " piecewise-analytic layers; opacity, colour and light (" + layers.shading +
+                      ") are baked in");
+  if (!look.trust) return;
+  if (out.camera == view.header().camera) {
+    out.trust.assign(size.pixels(), Trust::Data);
+  } else {
+    out.trust = trustFromStretch(drawn.guess, out.picture);
+  }
+}
+
 void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFunction& function,
                           Rendered& out) {
   const bool volume = view.has(kind::kLength) || view.has(kind::kAttenuation);
@@ -282,15 +304,17 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
   const bool stored = out.camera == view.header().camera;
   Source source = look.source;
   if (source == Source::Auto) {
-    source = !stored                      ? Source::Layers
+    const bool onlyLayered = view.has(kind::kLayered) && !layers;
+    source = !stored                      ? onlyLayered ? Source::Layered : Source::Layers
              : volume                     ? Source::Volume
              : layers                     ? Source::Layers
              : view.has(kind::kReference) ? Source::Reference
+             : onlyLayered                ? Source::Layered
                                           : Source::Mip;
   }
-  if (!stored && source != Source::Layers) {
+  if (!stored && source != Source::Layers && source != Source::Layered) {
     throw Error(ErrorCode::Config,
-                "look key 'source' must be auto or layers for a rotated view: only depth layers "
+                "look key 'source' must be auto, layers or layered for a rotated view: only layers "
                 "can be seen from elsewhere");
   }
   if ((source == Source::Volume && !volume) || (source == Source::Layers && !layers)) {
@@ -305,6 +329,9 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
       return;
     case Source::Layers:
       drawLayers(look, view, function, out);
+      return;
+    case Source::Layered:
+      drawLayered(look, view, out);
       return;
     case Source::Mip:
       out.picture = mipPicture(view.image(kind::kMip), function);
@@ -326,11 +353,13 @@ Renderer::Renderer(std::shared_ptr<gl::Device> device, std::shared_ptr<const Arc
     impl_->views = std::make_unique<ViewCache>(*impl_->archive);
     impl_->edit = std::make_unique<EditPass>();
     impl_->layer = std::make_unique<LayerPass>();
+    impl_->layered = std::make_unique<LayeredPass>();
   });
 }
 
 Renderer::~Renderer() {
   impl_->device->run([&] {
+    impl_->layered.reset();
     impl_->layer.reset();
     impl_->edit.reset();
     impl_->views.reset();

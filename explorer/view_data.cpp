@@ -8,8 +8,8 @@
 namespace vestige {
 namespace {
 
-constexpr std::array<std::string_view, 5> kKinds{kind::kLength, kind::kAttenuation, kind::kDepth,
-                                                 kind::kReference, kind::kMip};
+constexpr std::array<std::string_view, 6> kKinds{
+    kind::kLength, kind::kAttenuation, kind::kDepth, kind::kReference, kind::kMip, kind::kLayered};
 
 }  // namespace
 
@@ -53,6 +53,14 @@ ProxyImage ViewData::image(std::string_view proxy) const {
 }
 
 const IntervalPartition* ViewData::partition() const { return partition_ ? &*partition_ : nullptr; }
+
+const LayeredTextures& ViewData::layered() {
+  if (!layered_) {
+    const ProxyImage stored = image(kind::kLayered);
+    layered_ = std::make_unique<LayeredTextures>(stored.header, layeredPlanes(stored));
+  }
+  return *layered_;
+}
 
 const LengthPlanes& ViewData::lengths() {
   if (!lengths_) lengths_ = readLengthPlanes(archive_.open(row(kind::kLength)));

@@ -9,6 +9,7 @@
 
 #include "explorer/edit_pass.h"
 #include "explorer/layer_pass.h"
+#include "explorer/layered_pass.h"
 #include "explorer/layers.h"
 #include "explorer/look.h"
 #include "proxy/archive.h"
@@ -32,6 +33,7 @@ class ViewData {
   /// The isovalues of the layers; empty when they come from lengths.
   const std::vector<double>& isovalues();
   const IntervalPartition* partition() const;
+  const LayeredTextures& layered();
   ProxyImage image(std::string_view proxy) const;
 
  private:
@@ -47,6 +49,7 @@ class ViewData {
   std::optional<LengthPlanes> lengths_;
   std::map<std::pair<Via, Order>, std::unique_ptr<PieceTextures>> pieces_;
   std::unique_ptr<LayerTextures> layers_;
+  std::unique_ptr<LayeredTextures> layered_;
   std::vector<int> layerOf_;
   std::vector<double> isovalues_;
 };

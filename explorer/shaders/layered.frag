@@ -1,0 +1,213 @@
+#version 300 es
+// SPDX-License-Identifier: BSD-3-Clause
+// Epipolar ray casting of piecewise-analytic layers (piecewise-analytic-novel-views §3.3). A ray of
+// the new view is a line in the stored picture: its pixels are walked, in each the ray crosses some
+// of the pixel's layers, homogeneous media that have a closed form, front to back.
+//
+// LayeredPass defines LAYERS (count).
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+precision highp sampler2DArray;
+precision highp usampler2DArray;
+
+// Boundaries as levels of depth in 16 bits, eight a texel; after the last one the pixel's state
+// (LayeredState).
+uniform usampler2DArray boundaries;
+uniform sampler2DArray media;  // per layer: light per opacity, extinction per unit of length
+uniform sampler2D tiles;       // per kTile^2 pixels: nearest, farthest level; z = 1: some saturated
+uniform ivec2 sourceSize;
+
+// Homogeneous place in the stored picture, (x w, y w, w, level w'), of the point at depth t of the
+// new ray through (x, y), both in [-1/2, 1/2] from the top left: origin + t direction, each
+// [0] + x [1] + y [2]. Level is not divided by w.
+uniform vec4 originAt[3], directionAt[3];
+// The same in units in which the domain is [-1, 1]^3. A boundary may stand as much as `margin`
+// outside of it.
+uniform vec3 boxOriginAt[3], boxDirectionAt[3], margin;
+uniform float marginLevels;
+uniform vec3 lengthAt[3];  // the direction of length
+uniform vec2 targetSize;
+uniform float firstDepth;  // t of the camera plane
+uniform float opaque;      // rays end where so much light is left
+
+layout(location = 0) out vec4 color;
+layout(location = 1) out vec4 info;  // r = light that came by space that is not stored
+
+// Boundaries of neighbours that differ by less than this are one surface, which the ray meets where
+// it is between the two pixels; others end at the pixel's edge.
+uniform float longestJump;
+
+const int kTile = 8;
+const int kSlots = LAYERS + 2, kState = LAYERS + 1;
+const float kFar = 1e30;
+
+struct Column {
+  float at[kSlots];  // boundaries, state
+};
+
+Column columnAt(ivec2 pixel) {
+  Column column;
+  for (int i = 0; i < kSlots; i += 8) {
+    uvec4 texel = texelFetch(boundaries, ivec3(pixel, i / 8), 0);
+    for (int j = 0; j < 8; ++j) {
+      if (i + j < kSlots) {
+        column.at[i + j] = float((texel[j >> 1] >> uint(16 * (j & 1))) & 0xffffu);
+      }
+    }
+  }
+  return column;
+}
+
+// A boundary on the edge between its pixel and the neighbour.
+float between(float own, float other, float otherState) {
+  return otherState > 0.0 && abs(other - own) < longestJump ? 0.5 * (own + other) : own;
+}
+
+// Where (a + t b) is `edge` times (c + t d).
+float crossing(float a, float b, float c, float d, float edge) {
+  float rate = b - edge * d;
+  return rate == 0.0 ? kFar : (edge * c - a) / rate;
+}
+
+// Between which t the ray is on the inner side of a + t b >= 0.
+void clipTo(float a, float b, inout vec2 t) {
+  if (b == 0.0) {
+    if (a < 0.0) t = vec2(kFar, -kFar);
+  } else if (b > 0.0) {
+    t.x = max(t.x, -a / b);
+  } else {
+    t.y = min(t.y, -a / b);
+  }
+}
+
+void main() {
+  vec2 at = gl_FragCoord.xy / targetSize - 0.5;
+  vec4 o = originAt[0] + at.x * originAt[1] + at.y * originAt[2];
+  vec4 d = directionAt[0] + at.x * directionAt[1] + at.y * directionAt[2];
+  vec3 bo = boxOriginAt[0] + at.x * boxOriginAt[1] + at.y * boxOriginAt[2];
+  vec3 bd = boxDirectionAt[0] + at.x * boxDirectionAt[1] + at.y * boxDirectionAt[2];
+  float lengthPerT = length(lengthAt[0] + at.x * lengthAt[1] + at.y * lengthAt[2]);
+  color = vec4(0.0);
+  info = vec4(0.0);
+
+  // In the domain; then in front of the stored camera and within its picture. What is in the domain
+  // alone is not stored.
+  vec2 inBox = vec2(firstDepth, kFar), seen = inBox;
+  for (int axis = 0; axis < 3; ++axis) {
+    clipTo(1.0 + bo[axis], bd[axis], inBox);
+    clipTo(1.0 - bo[axis], -bd[axis], inBox);
+    clipTo(1.0 + margin[axis] + bo[axis], bd[axis], seen);
+    clipTo(1.0 + margin[axis] - bo[axis], -bd[axis], seen);
+  }
+  if (!(seen.x < seen.y)) return;
+  vec2 picture = vec2(sourceSize);
+  clipTo(o.z - 1e-6, d.z, seen);
+  clipTo(o.x, d.x, seen);
+  clipTo(o.y, d.y, seen);
+  clipTo(picture.x * o.z - o.x, picture.x * d.z - d.x, seen);
+  clipTo(picture.y * o.z - o.y, picture.y * d.z - d.y, seen);
+  float slack = 1e-4 * (inBox.y - inBox.x);
+  if (!(seen.x < seen.y)) {
+    info.r = inBox.x < inBox.y ? 1.0 : 0.0;
+    return;
+  }
+  float unseen = seen.x > inBox.x + slack ? 1.0 : 0.0;
+
+  // Which way the ray goes in the picture.
+  bool right = d.x * o.z - o.x * d.z > 0.0, down = d.y * o.z - o.y * d.z > 0.0;
+  ivec2 way = ivec2(right ? 1 : -1, down ? 1 : -1);
+  float t = seen.x;
+  vec3 here = o.xyz + t * d.xyz;
+  ivec2 last = sourceSize - 1;
+  ivec2 pixel = clamp(ivec2(floor(here.xy / here.z)), ivec2(0), last), came = pixel;
+  ivec2 walked = ivec2(-1);  // the tile that is walked pixel by pixel
+  Column before, own;        // of the pixel that the ray came from, and of this one
+  bool known = false;        // whether they are
+  vec3 light = vec3(0.0);
+  float left = 1.0;
+
+  int most = 2 * (sourceSize.x + sourceSize.y);
+  for (int n = 0; n < most; ++n) {
+    // The tile as a whole, if the ray passes by all that is in it.
+    ivec2 tile = pixel / kTile, low = tile * kTile, high = low + kTile - 1;
+    bool whole = tile != walked;
+    if (!whole) low = high = pixel;
+    // A ray that runs beside an edge, or toward its vanishing point, does not cross.
+    vec2 leave = vec2(crossing(o.x, d.x, o.z, d.z, float(right ? high.x + 1 : low.x)),
+                      crossing(o.y, d.y, o.z, d.z, float(down ? high.y + 1 : low.y)));
+    leave = mix(max(leave, vec2(t)), vec2(kFar), lessThan(leave, vec2(seen.x - slack)));
+    float next = min(min(leave.x, leave.y), seen.y);
+    vec2 level = o.w + vec2(t, next) * d.w;
+    if (whole) {
+      vec4 inTile = texelFetch(tiles, tile, 0);
+      bool passes = max(level.x, level.y) < inTile.x ||
+                    (min(level.x, level.y) > inTile.y && inTile.z == 0.0);
+      if (!passes) {
+        walked = tile;
+        continue;
+      }
+    }
+
+    // On to the next pixel; the other coordinate stays within what is passed.
+    bool across = leave.x <= leave.y;
+    here = o.xyz + next * d.xyz;
+    ivec2 to = clamp(ivec2(floor(here.xy / here.z)), low, min(high, last));
+    if (across) {
+      to.x = right ? high.x + 1 : low.x - 1;
+    } else {
+      to.y = down ? high.y + 1 : low.y - 1;
+    }
+    bool ends = next >= seen.y || to != clamp(to, ivec2(0), last);
+
+    if (!whole) {
+      if (!known) {
+        own = columnAt(pixel);
+        before = columnAt(came);
+        known = true;
+      }
+      Column after = own;
+      if (!ends) after = columnAt(to);
+      float state = own.at[kState];
+      if (state > 0.0) {
+        // Which share of the way is behind each boundary. Both are straight.
+        float behind[LAYERS + 2];
+        float sinks = 0.0;
+        for (int i = 0; i <= LAYERS; ++i) {
+          vec2 above = level - vec2(between(own.at[i], before.at[i], before.at[kState]),
+                                    between(own.at[i], after.at[i], after.at[kState]));
+          sinks += above.y - above.x;
+          behind[i] = clamp(max(above.x, above.y) / max(abs(above.y - above.x), 1e-3), 0.0, 1.0);
+        }
+        float far = max(level.x, level.y) - own.at[LAYERS] - marginLevels;
+        float hidden = state > 1.5 && far > 0.0 && behind[LAYERS] > 0.0 ? 1.0 : 0.0;
+        bool away = sinks >= 0.0;
+        if (!away) unseen = max(unseen, hidden * left);
+        float path = (next - t) * lengthPerT;
+        for (int i = 0; i < LAYERS; ++i) {
+          int layer = away ? i : LAYERS - 1 - i;
+          float share = away ? behind[i] - behind[i + 1]
+                             : behind[LAYERS - 1 - i] - behind[LAYERS - i];
+          if (share > 0.0) {
+            vec4 medium = texelFetch(media, ivec3(pixel, layer), 0);
+            float passed = exp(-medium.a * share * path);
+            light += left * (1.0 - passed) * medium.rgb;
+            left *= passed;
+          }
+        }
+        if (away) unseen = max(unseen, hidden * left);
+      }
+      before = own;
+      own = after;
+    } else {
+      known = false;
+    }
+    if (ends || left < opaque) break;
+    came = across ? ivec2(to.x - way.x, to.y) : ivec2(to.x, to.y - way.y);
+    pixel = to;
+    t = next;
+  }
+  if (left >= opaque && seen.y < inBox.y - slack) unseen = max(unseen, left);
+  color = vec4(light, 1.0 - left);
+  info.r = unseen;
+}

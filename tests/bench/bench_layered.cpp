@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// novel_view_dssim_SCENE_layered_DEG: layers of the front view as the adaptor stores them, drawn by
+// the explorer after a turn, against the raw field rendered on the CPU (method §3, §7;
+// piecewise-analytic-novel-views Tables 1 and 2, Fig. 9). The look is unlit, so that both sides see
+// the same light.
+// usage: bench_layered --seeds A..B LINE...
+#include <cmath>
+#include <cstdio>
+#include <glm/trigonometric.hpp>
+#include <map>
+
+#include "explorer/layered_pass.h"
+#include "explorer/metrics.h"
+#include "proxy/exr_file.h"
+#include "tests/bench/bench_run.h"
+#include "tests/bench/layered_scenes.h"
+#include "tests/support/cpu_renderer.h"
+
+namespace vestige::test {
+namespace {
+
+constexpr ImageSize kSize{512, 512};
+constexpr int kAngles[] = {0, 5, 10, 15, 30, 45, 60, 90};
+
+/// The raw field's pictures of one look, by angle.
+class Truth {
+ public:
+  Truth(const Scene& scene, const MarchRequest& request)
+      : scene_(scene),
+        front_(request.camera),
+        medium_(tabulated(
+            [&](double v) {
+              return Optics{request.base.extinction(v), request.base.color(v)};
+            },
+            scene.low, scene.high)) {}
+
+  Camera camera(int degrees) const {
+    return front_.orbited(scene_.domain().center(), glm::radians(double(degrees)), 0.0);
+  }
+  const RgbPicture& at(int degrees) {
+    auto& picture = pictures_[degrees];
+    if (picture.rgb.empty()) {
+      picture = renderContinuous(scene_, camera(degrees), kSize, std::span(&medium_, 1), 2)[0];
+    }
+    return picture;
+  }
+  double dssimOf(const Picture& picture, int degrees) {
+    return dssim(RgbView::interleaved(kSize, picture.rgba, 4),
+                 RgbView::interleaved(kSize, at(degrees).rgb),
+                 projectedRect(camera(degrees), scene_.domain(), kSize));
+  }
+
+ private:
+  const Scene& scene_;
+  Camera front_;
+  Medium medium_;
+  std::map<int, RgbPicture> pictures_;
+};
+
+/// Layers of a request as they are stored and read.
+struct StoredLayers {
+  ProxyHeader header;
+  LayeredPlanes planes;
+  std::size_t bytes;
+};
+
+StoredLayers storedLayers(Marcher& marcher, const Scene& scene, const MarchRequest& request,
+                          int layers) {
+  const RayImage rays = marchOnGpu(marcher, scene, request);
+  LayerGatherer gatherer(layers, rays.transmittance);
+  gatherer.add(marcher.marchLayers(request, gatherer.request(nullptr)));
+  ProxyHeader header;
+  header.field = "field";
+  header.view = "front";
+  header.camera = request.camera;
+  header.size = request.size;
+  header.domain = request.domain;
+  header.base = request.base;
+  const ProxyImage image = layeredImage(header, gatherer.planes(rays.exit));
+  return {image.header, layeredPlanes(image), encodeExr(image).size()};
+}
+
+void print(const std::string& line, double value) {
+  std::printf("%s\t%.5f\n", line.c_str(), value);
+  std::fflush(stdout);
+}
+
+void measure(const std::shared_ptr<gl::Device>& device, const LayeredScene& subject,
+             const BenchOptions& options) {
+  const Scene scene = namedScene(subject.name, subject.size, sceneCache());
+  const MarchRequest request = subject.request(scene, kSize);
+  Marcher marcher(device);
+  Truth truth(scene, request);
+  for (const int layers : {4, 2, 8}) {
+    const std::string tier =
+        scene.name + "_layered" + (layers == 4 ? "" : "_k" + std::to_string(layers));
+    if (!options.wantsAny("novel_view_dssim_" + tier + "_") &&
+        !options.wants("novel_view_bytes_percent_" + tier)) {
+      continue;
+    }
+    const StoredLayers stored = storedLayers(marcher, scene, request, layers);
+    if (options.wants("novel_view_bytes_percent_" + tier)) {
+      print("novel_view_bytes_percent_" + tier,
+            100.0 * double(stored.bytes) /
+                double(scene.values.size() * std::size_t(scene.nativeBytes)));
+    }
+    device->run([&] {
+      LayeredPass pass;
+      const LayeredTextures textures(stored.header, stored.planes);
+      for (const int degrees : kAngles) {
+        const std::string line = "novel_view_dssim_" + tier + "_" + std::to_string(degrees);
+        if (!options.wants(line)) continue;
+        const LayeredView view = pass.render(textures, truth.camera(degrees), kSize);
+        print(line, truth.dssimOf(view.picture, degrees));
+        if (const char* folder = std::getenv("VESTIGE_BENCH_PICTURES")) {
+          Picture made = view.picture, wanted = Picture::blank(kSize);
+          for (std::size_t i = 0; i < kSize.pixels(); ++i) {
+            made.rgba[4 * i + 3] = wanted.rgba[4 * i + 3] = 1.0f;
+            for (std::size_t c = 0; c < 3; ++c)
+              wanted.rgba[4 * i + c] = truth.at(degrees).rgb[3 * i + c];
+          }
+          const std::string base = std::string(folder) + "/" + tier + "_" + std::to_string(degrees);
+          writePicture(base + "_made.png", made);
+          writePicture(base + "_true.png", wanted);
+        }
+      }
+    });
+  }
+}
+
+}  // namespace
+}  // namespace vestige::test
+
+int main(int argc, char** argv) {
+  using namespace vestige::test;
+  return runBench("bench_layered", argc, argv, [](const auto& options, const auto& device) {
+    for (const LayeredScene& subject : kLayeredScenes) {
+      const std::string name = subject.name;
+      if (!options.wantsAny("novel_view_dssim_" + name + "_") &&
+          !options.wantsAny("novel_view_bytes_percent_" + name + "_")) {
+        continue;
+      }
+      std::fprintf(stderr, "bench_layered: %s\n", subject.name);
+      measure(device, subject, options);
+    }
+  });
+}

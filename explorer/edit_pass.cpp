@@ -22,6 +22,15 @@ void setLayers(const gl::Program& program, const std::vector<int>* layerOf) {
   gl::functions().Uniform1iv(program.uniform("layerOf"), kMaxChannels, layers.data());
 }
 
+/// More channels than uniforms hold: see edit.frag.
+bool isWide(const ChannelTable& table) { return table.strength.size() > std::size_t(kMaxChannels); }
+
+std::array<float, 4> entryOf(const ChannelTable& table, std::size_t channel, double unit) {
+  const glm::dvec3& color = table.color[channel];
+  return {float(color.r), float(color.g), float(color.b),
+          float(-table.strength[channel] * unit * std::numbers::log2e)};
+}
+
 }  // namespace
 
 ChannelTable tableForLength(const IntervalLook& look) { return {look.extinction, look.color}; }
@@ -53,8 +62,8 @@ const gl::Program& EditPass::variant(
 }
 
 void EditPass::bind(const gl::Program& program, const PieceTextures& pieces,
-                    const ChannelTable& table) {
-  if (table.strength.size() > std::size_t(kMaxChannels) ||
+                    const ChannelTable& table, const std::vector<int>* layerOf) {
+  if (table.strength.size() > std::size_t(PieceLists::kMostChannel) ||
       table.color.size() != table.strength.size()) {
     throw Error(ErrorCode::InvalidArgument,
                 "a channel table has " + std::to_string(table.strength.size()) + " strengths and " +
@@ -65,12 +74,25 @@ void EditPass::bind(const gl::Program& program, const PieceTextures& pieces,
   gpu::bindSampler(program, "firstEntry", 0, pieces.first);
   gpu::bindSampler(program, "entries", 1, pieces.entries);
   gl.Uniform1i(program.uniform("listWidthLog2"), gpu::kListWidthLog2);
+  const std::size_t count = table.strength.size();
+  if (isWide(table)) {
+    std::vector<float> rows(8 * count, -1.0f);
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto entry = entryOf(table, k, pieces.unit);
+      std::copy(entry.begin(), entry.end(), rows.begin() + std::ptrdiff_t(4 * k));
+      if (layerOf && k < layerOf->size()) rows[4 * (count + k)] = float((*layerOf)[k]);
+    }
+    table_ = gpu::texture2D(GL_RGBA32F, {int(count), 2}, GL_RGBA, GL_FLOAT, rows.data());
+    gpu::bindSampler(program, "table", 4, *table_);
+    return;
+  }
   std::array<float, 4 * kMaxChannels> values{};
-  for (std::size_t k = 0; k < table.strength.size(); ++k) {
-    for (int c = 0; c < 3; ++c) values[4 * k + std::size_t(c)] = float(table.color[k][c]);
-    values[4 * k + 3] = float(-table.strength[k] * pieces.unit * std::numbers::log2e);
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto entry = entryOf(table, k, pieces.unit);
+    std::copy(entry.begin(), entry.end(), values.begin() + std::ptrdiff_t(4 * k));
   }
   gl.Uniform4fv(program.uniform("channels"), kMaxChannels, values.data());
+  if (layerOf) setLayers(program, layerOf);
 }
 
 void EditPass::draw(const PieceTextures& pieces, const ChannelTable& table,
@@ -84,13 +106,14 @@ void EditPass::draw(const PieceTextures& pieces, const ChannelTable& table,
   if (extras.light) define("SHADED");
   if (extras.enhancement) define("ENHANCED");
   if (extras.oneLayer >= 0) define("ONE_LAYER");
+  if (isWide(table)) define("WIDE");
   const gl::Program& program = variant(name, defines);
   const gpu::Attachment attachment{&target, layer};
   gpu::bindTarget(framebuffer_, {&attachment, 1}, pieces.size);
-  bind(program, pieces, table);
+  const bool layered = extras.light || extras.oneLayer >= 0;
+  bind(program, pieces, table, layered ? extras.layerOf : nullptr);
   if (extras.light) gpu::bindSampler(program, "light", 2, *extras.light);
   if (extras.enhancement) gpu::bindSampler(program, "enhancement", 3, *extras.enhancement);
-  if (extras.light || extras.oneLayer >= 0) setLayers(program, extras.layerOf);
   gl::functions().Uniform1i(program.uniform("oneLayer"), extras.oneLayer);
   gpu::drawFullscreen(empty_);
 }
@@ -108,7 +131,9 @@ Picture EditPass::render(const PieceTextures& pieces, const ChannelTable& table,
 std::vector<float> EditPass::doubt(const PieceTextures& pieces, const ChannelTable& table) {
   const gl::Texture target = gpu::texture2D(GL_RGBA32F, pieces.size, GL_RGBA, GL_FLOAT, nullptr);
   const gpu::Attachment attachment{&target};
-  const gl::Program& program = variant("trust", {{"TRUST", "1"}});
+  std::vector<std::pair<std::string, std::string>> defines{{"TRUST", "1"}};
+  if (isWide(table)) defines.emplace_back("WIDE", "1");
+  const gl::Program& program = variant(isWide(table) ? "trustWIDE" : "trust", defines);
   gpu::bindTarget(framebuffer_, {&attachment, 1}, pieces.size);
   bind(program, pieces, table);
   gpu::drawFullscreen(empty_);
@@ -123,7 +148,9 @@ gl::Texture EditPass::enhancement(const PieceTextures& pieces, const ChannelTabl
   const gl::Functions& gl = gl::functions();
   const int groups = int(table.strength.size() + 3) / 4;
   const gl::Texture attenuation = gpu::textureArray(GL_RGBA32F, pieces.size, groups);
-  const gl::Program& gather = variant("attenuation", {{"ATTENUATION", "1"}});
+  std::vector<std::pair<std::string, std::string>> defines{{"ATTENUATION", "1"}};
+  if (isWide(table)) defines.emplace_back("WIDE", "1");
+  const gl::Program& gather = variant(isWide(table) ? "attenuationWIDE" : "attenuation", defines);
   for (int group = 0; group < groups; ++group) {
     const gpu::Attachment attachment{&attenuation, group};
     gpu::bindTarget(framebuffer_, {&attachment, 1}, pieces.size);

@@ -65,11 +65,13 @@ class EditPass {
  private:
   const gl::Program& variant(const std::string& name,
                              const std::vector<std::pair<std::string, std::string>>& defines);
-  void bind(const gl::Program& program, const PieceTextures& pieces, const ChannelTable& table);
+  void bind(const gl::Program& program, const PieceTextures& pieces, const ChannelTable& table,
+            const std::vector<int>* layerOf = nullptr);
 
   std::map<std::string, gl::Program> programs_;
   gl::Framebuffer framebuffer_;
   gl::VertexArray empty_;
+  std::optional<gl::Texture> table_;   ///< of more channels than uniforms hold
   std::optional<gl::Texture> target_;  ///< kept: an edit must not pay for fresh memory
   ImageSize targetSize_;
 };

@@ -6,71 +6,12 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <mutex>
 
-#include "explorer/parallel.h"
+#include "explorer/piece_builder.h"
 #include "explorer/run_order.h"
 
 namespace vestige {
 namespace {
-
-/// The lists of a range of rows, as one thread builds them.
-struct Chunk {
-  int firstRow = 0, endRow = 0;
-  std::vector<std::uint32_t> entries;
-};
-
-/// Builds lists with `fill(pixel, pieces)`, which gets an empty vector, on all cores. Each thread
-/// has a copy of `fill` and asks for its pixels in order.
-template <typename Fill>
-PieceLists buildLists(ImageSize size, double unit, const Fill& fill) {
-  PieceLists lists;
-  lists.size = size;
-  lists.unit = unit;
-  lists.first.resize(size.pixels());
-  std::vector<Chunk> chunks;
-  std::mutex mutex;
-  const float scale = float(1.0 / unit);
-  parallelRanges(size.height, [&](int begin, int end) {
-    Fill mine = fill;
-    Chunk chunk{begin, end, {}};
-    chunk.entries.reserve(std::size_t(end - begin) * std::size_t(size.width) * 6);
-    std::vector<Piece> pieces;
-    for (std::size_t i = std::size_t(begin) * std::size_t(size.width);
-         i < std::size_t(end) * std::size_t(size.width); ++i) {
-      pieces.clear();
-      mine(i, pieces);
-      const std::size_t start = chunk.entries.size();
-      lists.first[i] = pieces.empty() ? PieceLists::kNone : std::uint32_t(start);
-      if (pieces.empty()) continue;
-      chunk.entries.resize(start + pieces.size());
-      std::uint32_t* entry = chunk.entries.data() + start;
-      for (const Piece& piece : pieces) {
-        *entry++ = amountBits(piece.amount * scale) | std::uint32_t(piece.channel) << 16 |
-                   (piece.mixed ? PieceLists::kMixed : 0u) |
-                   (piece.ambiguous ? PieceLists::kAmbiguous : 0u);
-      }
-      entry[-1] |= PieceLists::kLast;
-    }
-    const std::lock_guard lock(mutex);
-    chunks.push_back(std::move(chunk));
-  });
-  std::sort(chunks.begin(), chunks.end(),
-            [](const Chunk& a, const Chunk& b) { return a.firstRow < b.firstRow; });
-  for (Chunk& chunk : chunks) {
-    const auto offset = std::uint32_t(lists.entries.size());
-    if (offset == 0) {
-      lists.entries = std::move(chunk.entries);
-      continue;
-    }
-    for (std::size_t i = std::size_t(chunk.firstRow) * std::size_t(size.width);
-         i < std::size_t(chunk.endRow) * std::size_t(size.width); ++i) {
-      if (lists.first[i] != PieceLists::kNone) lists.first[i] += offset;
-    }
-    lists.entries.insert(lists.entries.end(), chunk.entries.begin(), chunk.entries.end());
-  }
-  return lists;
-}
 
 /// What is stored of the rays of successive pixels. Gathered a cache line of each plane at a time.
 class StoredRays {
@@ -143,7 +84,7 @@ std::vector<Piece> PieceLists::at(std::size_t pixel) const {
   if (first[pixel] == kNone) return pieces;
   for (std::size_t i = first[pixel];; ++i) {
     const std::uint32_t entry = entries[i];
-    pieces.push_back({int(entry >> 16 & 0xffu), float(amountValue(entry & 0xffffu) * unit),
+    pieces.push_back({int(entry >> 16 & kMostChannel), float(amountValue(entry & 0xffffu) * unit),
                       (entry & kAmbiguous) != 0, (entry & kMixed) != 0});
     if (entry & kLast) return pieces;
   }
@@ -161,7 +102,7 @@ PieceLists piecesFromLength(const LengthPlanes& planes, Order wanted) {
   const double unit = diagonal > 0.0 ? diagonal : 1.0;
   // No data is transparent: never a piece, but it takes its place along the ray.
   StoredRays rays(planes, order == Order::Runs);
-  return buildLists(
+  return buildPieceLists(
       size, unit,
       [=, &planes, &partition, &camera](std::size_t i, std::vector<Piece>& out) mutable {
         const std::span<RayInterval> ray = rays.at(i);
@@ -194,7 +135,7 @@ std::vector<int> nestedOrder(const IntervalPartition& partition) {
 
 PieceLists piecesFromAttenuation(const AttenuationPlanes& planes, std::span<const int> order) {
   constexpr double kDeepest = 60.0;  // 1 - A below 1e-26 is opaque whatever the factor
-  return buildLists(planes.header.size, 1.0, [&](std::size_t i, std::vector<Piece>& out) {
+  return buildPieceLists(planes.header.size, 1.0, [&](std::size_t i, std::vector<Piece>& out) {
     double left = 1.0;
     for (int k : order) {
       const Plane& plane = planes.attenuation[std::size_t(k)];

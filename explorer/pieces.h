@@ -26,9 +26,10 @@ struct Piece {
 /// is found once, when a proxy is decoded; an edit is then one walk along each list (method §2
 /// "opacity change"). Packed as the shaders read it: `first` [pixel] is the index of a pixel's
 /// first entry or kNone; an entry holds amount / unit (amountBits) in bits 0-15, the channel in
-/// bits 16-23, kMixed, kAmbiguous and, on the last of a list, kLast.
+/// bits 16-28, kMixed, kAmbiguous and, on the last of a list, kLast.
 struct PieceLists {
   static constexpr std::uint32_t kNone = 0xffffffffu;
+  static constexpr std::uint32_t kMostChannel = (1u << 13) - 1;
   static constexpr std::uint32_t kMixed = 1u << 29;
   static constexpr std::uint32_t kAmbiguous = 1u << 30;
   static constexpr std::uint32_t kLast = 1u << 31;

@@ -16,9 +16,16 @@ precision highp sampler2D;
 uniform usampler2D firstEntry;  // [pixel] index of the first entry, 0xffffffff = none
 uniform usampler2D entries;     // explorer/pieces.h PieceLists
 uniform int listWidthLog2;
-uniform vec4 channels[67];      // linear rgb; w = -strength * unit * log2(e)
-#if defined(SHADED) || defined(ONE_LAYER)
+// A channel's linear rgb; w = -strength * unit * log2(e). WIDE: of more channels than uniforms hold.
+#ifdef WIDE
+uniform sampler2D table;        // row 0: that; row 1: r = depth layer of a channel, -1 = none
+vec4 channelAt(int channel) { return texelFetch(table, ivec2(channel, 0), 0); }
+int layerAt(int channel) { return int(texelFetch(table, ivec2(channel, 1), 0).r); }
+#else
+uniform vec4 channels[67];
 uniform int layerOf[67];        // depth layer of a channel, -1 = none
+vec4 channelAt(int channel) { return channels[channel]; }
+int layerAt(int channel) { return layerOf[channel]; }
 #endif
 #ifdef SHADED
 uniform sampler2DArray light;   // [layer] rgb = diffuse light, a = specular
@@ -66,14 +73,14 @@ void main() {
 #endif
     for (;;) {
       uint entry = texelFetch(entries, ivec2(index & mask, index >> uint(listWidthLog2)), 0).r;
-      int channel = int((entry >> 16) & 255u);
-      vec4 look = channels[channel];
+      int channel = int((entry >> 16) & 8191u);
+      vec4 look = channelAt(channel);
       float part = amountOf(entry) * look.w;  // <= 0
 #ifdef ONE_LAYER
-      if (layerOf[channel] != oneLayer) part = 0.0;
+      if (layerAt(channel) != oneLayer) part = 0.0;
 #endif
 #ifdef SHADED
-      int layer = layerOf[channel];
+      int layer = layerAt(channel);
       if (layer >= 0 && part < 0.0) {
         vec4 shine = texelFetch(light, ivec3(pixel, layer), 0);
         look.rgb = look.rgb * shine.rgb + shine.a;

@@ -94,13 +94,36 @@ TEST(Edit, EqualsTheFormulaForEveryPieceList) {
 
 TEST(Edit, RefusesATableThatIsTooLong) {
   const PieceLists lists{{1, 1}, 1.0, {PieceLists::kNone}, {}};
-  const ChannelTable table{std::vector<double>(68, 0.0), std::vector<glm::dvec3>(68)};
+  constexpr std::size_t kTooMany = PieceLists::kMostChannel + 1;
+  const ChannelTable table{std::vector<double>(kTooMany, 0.0), std::vector<glm::dvec3>(kTooMany)};
   try {
     device()->run([&] { EditPass().render(PieceTextures(lists), table); });
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
   }
+}
+
+TEST(Edit, TakesMoreChannelsThanUniformsHold) {
+  constexpr int kChannels = 259;
+  PieceLists lists{{1, 1}, 1.0, {0}, {}};
+  ChannelTable table;
+  std::vector<Piece> pieces;
+  for (int k = 0; k < kChannels; ++k) {
+    lists.entries.push_back(amountBits(0.01f) | std::uint32_t(k) << 16 |
+                            (k + 1 == kChannels ? PieceLists::kLast : 0u));
+    pieces.push_back({k, float(amountValue(amountBits(0.01f)))});
+    table.strength.push_back(0.3 + 0.01 * (k % 37));
+    table.color.emplace_back(k % 5 / 4.0, k % 7 / 6.0, k % 11 / 10.0);
+  }
+  const auto wanted = synthetic::composite(pieces, table);
+  device()->run([&] {
+    EditPass pass;
+    const PieceTextures textures(lists);
+    const Picture picture = pass.render(textures, table);
+    for (std::size_t c = 0; c < 4; ++c) EXPECT_NEAR(picture.rgba[c], wanted[c], 1e-3);
+    EXPECT_EQ(pass.doubt(textures, table)[0], 0.0f);
+  });
 }
 
 TEST_F(Rendering, RecomposesNestedShellsExactly) {

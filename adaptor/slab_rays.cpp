@@ -91,6 +91,7 @@ StackBuilder::StackBuilder(ProxyHeader header, int levels) {
   if (levels != 16 && levels != 32 && levels != 64 && levels != 128)
     refuse(std::to_string(levels) + " levels, not 16, 32, 64 or 128");
   if (!h.partition) refuse("field '" + h.field + "' has no intervals");
+  chords_.emplace(h);
   stack_.faces.assign(std::size_t(slabs) + 1,
                       std::vector<std::uint8_t>(h.size.pixels(), SlicedStack::kOutside));
 }
@@ -103,7 +104,7 @@ void StackBuilder::add(const SlabRays& rays) {
   if (rays.cells.size() != pixels)
     refuse("a slab of " + std::to_string(rays.cells.size()) + " rays for " +
            std::to_string(pixels) + " pixels");
-  const SlabChords chords(header);
+  const SlabChords& chords = *chords_;
   const double least = chords.least(), from = header.slabDepths[number];
   const double perDepth = SlicedStack::kTurns / (header.slabDepths[number + 1] - from);
   const int noDataRank = header.partition->channels() - 1;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -57,6 +58,7 @@ class StackBuilder {
 
  private:
   SlicedStack stack_;
+  std::optional<SlabChords> chords_;
 };
 
 }  // namespace vestige

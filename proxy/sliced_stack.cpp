@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -113,8 +114,12 @@ void validate(const SlicedStack& stack) {
 /// Reads one slab's part into cells, checking every number.
 class SlabReader {
  public:
-  SlabReader(const ExrFile& file, const SlicedStack& stack, int number)
-      : file_(file), stack_(stack), number_(number), part_(file.part(slabName(number))) {
+  SlabReader(const ExrFile& file, const SlicedStack& stack, const SlabChords& chords, int number)
+      : file_(file),
+        stack_(stack),
+        chords_(chords),
+        number_(number),
+        part_(file.part(slabName(number))) {
     const IntervalPartition& partition = *stack.header.partition;
     ranks_ = cumulativeCount(partition);
     const auto wanted = slabChannels(partition);
@@ -129,13 +134,12 @@ class SlabReader {
   }
 
   StackSlab read() {
-    const SlabChords chords(stack_.header);
-    const double least = chords.least();
+    const double least = chords_.least();
     const std::size_t pixels = stack_.header.size.pixels();
     StackSlab slab;
     slab.cells.resize(pixels);
     for (std::size_t i = 0; i < pixels; ++i)
-      slab.cells[i] = cell(i, chords.chord(number_, i) > least, slab.levels);
+      slab.cells[i] = cell(i, chords_.chord(number_, i) > least, slab.levels);
     return slab;
   }
 
@@ -196,6 +200,7 @@ class SlabReader {
 
   const ExrFile& file_;
   const SlicedStack& stack_;
+  const SlabChords& chords_;
   int number_;
   ProxyPart part_;
   int ranks_ = 0;
@@ -257,39 +262,42 @@ SlicedStack readStack(const ExrFile& file) {
       levels != std::floor(levels))
     refuse(fmt::format("it has {} levels, not 16, 32, 64 or 128", levels));
   stack.levels = int(levels);
+  const SlabChords chords(header);
   for (int s = 0; s < slabs; ++s) {
     if (file.unitOf(slabName(s)) != file.unitOf(slabName(0)))
       refuse(fmt::format("part '{}' has other levels than '{}'", slabName(s), slabName(0)));
-    stack.slabs.push_back(SlabReader(file, stack, s).read());
+    stack.slabs.push_back(SlabReader(file, stack, chords, s).read());
   }
   return stack;
 }
 
-double SlabChords::chord(int slab, std::size_t pixel) const {
-  const std::size_t width = std::size_t(header_.size.width);
-  const Ray ray = header_.camera.rayThrough(
-      {double(pixel % width) + 0.5, double(pixel / width) + 0.5}, header_.size);
-  // Orthographic rays start on the camera plane: length along the ray is planar depth.
-  double from = header_.slabDepths[std::size_t(slab)];
-  double to = header_.slabDepths[std::size_t(slab) + 1];
-  for (int axis = 0; axis < 3; ++axis) {
-    const double d = ray.direction[axis], o = ray.origin[axis];
-    const double low = header_.domain.low[axis], high = header_.domain.high[axis];
-    if (std::abs(d) < 1e-12) {
-      if (o < low || o > high) return 0.0;
-      continue;
+SlabChords::SlabChords(const ProxyHeader& header) : depths_(header.slabDepths) {
+  const std::size_t width = std::size_t(header.size.width);
+  inDomain_.reserve(header.size.pixels());
+  for (std::size_t pixel = 0; pixel < header.size.pixels(); ++pixel) {
+    const Ray ray = header.camera.rayThrough(
+        {double(pixel % width) + 0.5, double(pixel / width) + 0.5}, header.size);
+    // Orthographic rays start on the camera plane: length along the ray is planar depth.
+    double enters = -std::numeric_limits<double>::infinity(), leaves = -enters;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double d = ray.direction[axis], o = ray.origin[axis];
+      const double low = header.domain.low[axis], high = header.domain.high[axis];
+      if (std::abs(d) < 1e-12) {
+        if (o < low || o > high) leaves = -std::numeric_limits<double>::infinity();
+        continue;
+      }
+      const double a = (low - o) / d, b = (high - o) / d;
+      enters = std::max(enters, std::min(a, b));
+      leaves = std::min(leaves, std::max(a, b));
     }
-    const double a = (low - o) / d, b = (high - o) / d;
-    from = std::max(from, std::min(a, b));
-    to = std::min(to, std::max(a, b));
+    inDomain_.emplace_back(enters, leaves);
   }
-  return std::max(0.0, to - from);
 }
 
 double SlabChords::least() const {
   double thickest = 0.0;
-  for (std::size_t s = 0; s + 1 < header_.slabDepths.size(); ++s)
-    thickest = std::max(thickest, header_.slabDepths[s + 1] - header_.slabDepths[s]);
+  for (std::size_t s = 0; s + 1 < depths_.size(); ++s)
+    thickest = std::max(thickest, depths_[s + 1] - depths_[s]);
   return 1e-6 * thickest;
 }
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "proxy/exr_file.h"
@@ -63,13 +65,19 @@ SlicedStack readStack(const ExrFile& file);
 class SlabChords {
  public:
   /// Uses camera, size, domain and slabDepths.
-  explicit SlabChords(const ProxyHeader& header) : header_(header) {}
-  double chord(int slab, std::size_t pixel) const;
+  explicit SlabChords(const ProxyHeader& header);
+  double chord(int slab, std::size_t pixel) const {
+    const auto& [enters, leaves] = inDomain_[pixel];
+    return std::max(0.0, std::min(leaves, depths_[std::size_t(slab) + 1]) -
+                             std::max(enters, depths_[std::size_t(slab)]));
+  }
   /// A chord that counts as none: 1e-6 of the thickest slab.
   double least() const;
 
  private:
-  const ProxyHeader& header_;
+  std::vector<double> depths_;
+  std::vector<std::pair<double, double>>
+      inDomain_;  ///< [pixel] planar depths, enters > leaves: misses
 };
 
 }  // namespace vestige

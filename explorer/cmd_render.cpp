@@ -7,6 +7,7 @@
 #include "explorer/cli.h"
 #include "explorer/picture.h"
 #include "explorer/renderer.h"
+#include "explorer/view_effects.h"
 #include "proxy/error.h"
 
 namespace vestige::cli {
@@ -15,11 +16,20 @@ namespace {
 struct Options {
   std::string archive, output;
   bool verbose = false;
+  ViewEffects effects;
+  std::string shutter;
   std::unique_ptr<LookOptions> look;
 };
 
 void run(const Options& options) {
   const Look look = options.look->look();
+  ViewEffects effects = options.effects;
+  if (!options.shutter.empty()) {
+    std::vector<double> angles = numbersFromText("--shutter", options.shutter, 2, 3);
+    angles.resize(3, 0.0);
+    effects.shutter = {angles[0], angles[1], angles[2]};
+  }
+  effects.validate();
   const std::string extension = std::filesystem::path(options.output).extension().string();
   if (extension != ".png" && extension != ".exr") {
     throw Error(ErrorCode::InvalidArgument,
@@ -28,7 +38,7 @@ void run(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   const auto archive = std::make_shared<const Archive>(options.archive);
   Renderer renderer(gl::Device::create(options.look->backend()), archive);
-  const Rendered rendered = renderer.render(look);
+  const Rendered rendered = renderWithEffects(renderer, look, effects);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   writePicture(options.output, rendered.picture);
   if (!options.verbose) return;
@@ -50,6 +60,14 @@ void addRender(CLI::App& app, int&) {
   command->add_option("archive", options->archive, "Archive (NAME.cdb)")->required();
   command->add_option("-o,--output", options->output, "Picture, .png or .exr")->required();
   command->add_flag("-v,--verbose", options->verbose, "Say which proxy answered and why");
+  command->add_option("--stereo", options->effects.stereo,
+                      "Two eyes side by side, so many degrees apart");
+  command->add_option("--aperture", options->effects.aperture,
+                      "Depth of field: a lens of so many degrees, focused on the centre");
+  command->add_option("--shutter", options->shutter,
+                      "Motion blur of a turn by AZ,EL[,ROLL] degrees");
+  command->add_option("--samples", options->effects.samples, "Views of a lens or a shutter")
+      ->capture_default_str();
   options->look = std::make_unique<LookOptions>(*command);
   command->callback([options] { run(*options); });
 }

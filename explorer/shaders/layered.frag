@@ -171,12 +171,13 @@ void main() {
       float state = own.at[kState];
       if (state > 0.0) {
         // Which share of the way is behind each boundary. Both are straight.
-        float behind[LAYERS + 2];
+        float behind[LAYERS + 2], middle[LAYERS + 2];
         float sinks = 0.0;
         for (int i = 0; i <= LAYERS; ++i) {
           vec2 above = level - vec2(between(own.at[i], before.at[i], before.at[kState]),
                                     between(own.at[i], after.at[i], after.at[kState]));
           sinks += above.y - above.x;
+          middle[i] = 0.5 * (level.x + level.y - above.x - above.y);
           behind[i] = clamp(max(above.x, above.y) / max(abs(above.y - above.x), 1e-3), 0.0, 1.0);
         }
         float far = max(level.x, level.y) - own.at[LAYERS] - marginLevels;
@@ -190,7 +191,11 @@ void main() {
                              : behind[LAYERS - 1 - i] - behind[LAYERS - i];
           if (share > 0.0) {
             vec4 medium = texelFetch(media, ivec3(pixel, layer), 0);
-            float passed = exp(-medium.a * share * path);
+            // The layer keeps its optical depth, whatever its neighbours make of its length.
+            float stretch = clamp((own.at[layer + 1] - own.at[layer]) /
+                                      max(middle[layer + 1] - middle[layer], 1.0),
+                                  0.25, 4.0);
+            float passed = exp(-medium.a * stretch * share * path);
             light += left * (1.0 - passed) * medium.rgb;
             left *= passed;
           }

@@ -14,6 +14,7 @@
 #include "proxy/exr_file.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/layered_scenes.h"
+#include "tests/fidelity/novel_view_peers.h"
 #include "tests/support/cpu_renderer.h"
 
 namespace vestige::test {
@@ -37,6 +38,7 @@ class Truth {
   Camera camera(int degrees) const {
     return front_.orbited(scene_.domain().center(), glm::radians(double(degrees)), 0.0);
   }
+  const Medium& medium() const { return medium_; }
   const RgbPicture& at(int degrees) {
     auto& picture = pictures_[degrees];
     if (picture.rgb.empty()) {
@@ -85,24 +87,34 @@ void print(const std::string& line, double value) {
   std::fflush(stdout);
 }
 
-void measure(const std::shared_ptr<gl::Device>& device, const LayeredScene& subject,
-             const BenchOptions& options) {
-  const Scene scene = namedScene(subject.name, subject.size, sceneCache());
+/// The made and the true picture side by side in names, if VESTIGE_BENCH_PICTURES names a folder.
+void keepPictures(const std::string& line, Picture made, const RgbPicture& truth) {
+  const char* folder = std::getenv("VESTIGE_BENCH_PICTURES");
+  if (!folder) return;
+  Picture wanted = Picture::blank(kSize);
+  for (std::size_t i = 0; i < kSize.pixels(); ++i) {
+    made.rgba[4 * i + 3] = wanted.rgba[4 * i + 3] = 1.0f;
+    for (std::size_t c = 0; c < 3; ++c) wanted.rgba[4 * i + c] = truth.rgb[3 * i + c];
+  }
+  const std::string base = std::string(folder) + "/" + line;
+  writePicture(base + "_made.png", made);
+  writePicture(base + "_true.png", wanted);
+}
+
+void measureLayers(const std::shared_ptr<gl::Device>& device, const Scene& scene,
+                   const LayeredScene& subject, const BenchOptions& options) {
   const MarchRequest request = subject.request(scene, kSize);
   Marcher marcher(device);
   Truth truth(scene, request);
   for (const int layers : {4, 2, 8}) {
     const std::string tier =
         scene.name + "_layered" + (layers == 4 ? "" : "_k" + std::to_string(layers));
-    if (!options.wantsAny("novel_view_dssim_" + tier + "_") &&
-        !options.wants("novel_view_bytes_percent_" + tier)) {
-      continue;
-    }
+    const std::string bytes = "novel_view_bytes_percent_" + tier;
+    if (!options.wantsAny("novel_view_dssim_" + tier + "_") && !options.wants(bytes)) continue;
     const StoredLayers stored = storedLayers(marcher, scene, request, layers);
-    if (options.wants("novel_view_bytes_percent_" + tier)) {
-      print("novel_view_bytes_percent_" + tier,
-            100.0 * double(stored.bytes) /
-                double(scene.values.size() * std::size_t(scene.nativeBytes)));
+    if (options.wants(bytes)) {
+      const std::size_t native = scene.values.size() * std::size_t(scene.nativeBytes);
+      print(bytes, 100.0 * double(stored.bytes) / double(native));
     }
     device->run([&] {
       LayeredPass pass;
@@ -112,19 +124,61 @@ void measure(const std::shared_ptr<gl::Device>& device, const LayeredScene& subj
         if (!options.wants(line)) continue;
         const LayeredView view = pass.render(textures, truth.camera(degrees), kSize);
         print(line, truth.dssimOf(view.picture, degrees));
-        if (const char* folder = std::getenv("VESTIGE_BENCH_PICTURES")) {
-          Picture made = view.picture, wanted = Picture::blank(kSize);
-          for (std::size_t i = 0; i < kSize.pixels(); ++i) {
-            made.rgba[4 * i + 3] = wanted.rgba[4 * i + 3] = 1.0f;
-            for (std::size_t c = 0; c < 3; ++c)
-              wanted.rgba[4 * i + c] = truth.at(degrees).rgb[3 * i + c];
-          }
-          const std::string base = std::string(folder) + "/" + tier + "_" + std::to_string(degrees);
-          writePicture(base + "_made.png", made);
-          writePicture(base + "_true.png", wanted);
-        }
+        keepPictures(line, view.picture, truth.at(degrees));
       }
     });
+  }
+}
+
+/// Layers (k = 4) and the paper's peers at 10 degrees, at some density: Table 2 and Fig. 9.
+void measurePeers(const std::shared_ptr<gl::Device>& device, const Scene& scene,
+                  const LayeredScene& subject, double density, const std::string& suffix,
+                  const BenchOptions& options) {
+  constexpr int kDegrees = 10, kLayers = 4;
+  const auto lineOf = [&](const char* tier) {
+    return "novel_view_dssim_" + scene.name + "_" + tier + "_10" + suffix;
+  };
+  const bool own = !suffix.empty() && options.wants(lineOf("layered"));
+  if (!own && !options.wants(lineOf("zellmann")) && !options.wants(lineOf("mueller"))) return;
+  const MarchRequest request = subject.request(scene, kSize, density);
+  Truth truth(scene, request);
+  const Camera target = truth.camera(kDegrees);
+  const auto report = [&](const char* tier, const auto& make) {
+    if (!options.wants(lineOf(tier))) return;
+    const Picture picture = make();
+    print(lineOf(tier), truth.dssimOf(picture, kDegrees));
+    keepPictures(lineOf(tier), picture, truth.at(kDegrees));
+  };
+  if (own) {
+    report("layered", [&] {
+      Marcher marcher(device);
+      const StoredLayers stored = storedLayers(marcher, scene, request, kLayers);
+      LayeredView view;
+      device->run([&] {
+        view = LayeredPass().render(LayeredTextures(stored.header, stored.planes), target, kSize);
+      });
+      return view.picture;
+    });
+  }
+  report("zellmann", [&] {
+    return warpPoints(renderSlabs(scene, request.camera, kSize, truth.medium(), 1), target);
+  });
+  report("mueller", [&] {
+    return warpHeightFields(renderSlabs(scene, request.camera, kSize, truth.medium(), kLayers),
+                            target);
+  });
+}
+
+void measure(const std::shared_ptr<gl::Device>& device, const LayeredScene& subject,
+             const BenchOptions& options) {
+  const Scene scene = namedScene(subject.name, subject.size, sceneCache());
+  measureLayers(device, scene, subject, options);
+  measurePeers(device, scene, subject, 1.0, "", options);
+  for (const auto& [density, suffix] : {std::pair{0.1, "_density_0.1"},
+                                        {0.3, "_density_0.3"},
+                                        {3.0, "_density_3"},
+                                        {10.0, "_density_10"}}) {
+    measurePeers(device, scene, subject, density, suffix, options);
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "adaptor/march_types.h"
@@ -16,11 +17,15 @@ struct LayeredScene {
   const char* colormap;
   std::vector<OpacityPoint> opacity;
 
-  MarchRequest request(const Scene& scene, ImageSize image) const {
+  /// Everything `density` times as dense.
+  MarchRequest request(const Scene& scene, ImageSize image, double density = 1.0) const {
+    std::vector<OpacityPoint> points = opacity;
+    for (OpacityPoint& point : points)
+      point.opacity = -std::expm1(density * std::log1p(-point.opacity));
     MarchRequest request{.camera = frameBox(scene.domain(), {0, 1, 0}, {0, 0, 1}, image.aspect()),
                          .size = image,
                          .partition = IntervalPartition::uniform(scene.low, scene.high, 16),
-                         .base = TransferFunction(opacity, scene.domain().diagonal() / 100,
+                         .base = TransferFunction(points, scene.domain().diagonal() / 100,
                                                   Colormap::named(colormap), scene.low, scene.high),
                          .domain = scene.domain(),
                          .isovalues = {}};

@@ -11,7 +11,11 @@ import pathlib
 import subprocess
 import sys
 
+import fidelity_page
+
 HERE = pathlib.Path(__file__).resolve().parent
+# What the page docs/fidelity.md is made of; `scripts/bench fidelity` measures these and writes it.
+FIDELITY = ("edit_psnr_", "edit_bytes_", "novel_view_", "curve_")
 
 
 def read_table():
@@ -34,7 +38,8 @@ def verdict(value, goal):
 
 
 def run_bench(bench, binaries, wanted, seeds):
-    """Values by name; the bench is told which lines are wanted and its stderr passes through."""
+    """Values by name and rows of curves (fidelity_page.Curve); the bench is told which lines are
+    wanted and its stderr passes through."""
     command = [str(binaries / "bin" / bench)]
     if bench.endswith(".py"):
         command = ["/usr/bin/python3", str(HERE / bench), "--bin", str(binaries)]
@@ -43,19 +48,23 @@ def run_bench(bench, binaries, wanted, seeds):
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
     if done.returncode != 0:
         print(f"bench: {bench} ended with {done.returncode}", file=sys.stderr)
-    values = {}
+    values, curves = {}, []
     for line in done.stdout.splitlines():
         name, _, value = line.partition("\t")
+        if name == "curve":
+            curves.append(value.split("\t"))
+            continue
         try:
             values[name] = float(value)
         except ValueError:
             print(f"bench: {bench} said: {line}", file=sys.stderr)
-    return values
+    return values, curves
 
 
 def main():
     parser = argparse.ArgumentParser(prog="scripts/bench", description=__doc__.splitlines()[0])
-    parser.add_argument("names", nargs="*", help="names or prefixes; none = all")
+    parser.add_argument("names", nargs="*", help="names or prefixes; none = all; fidelity = what docs/fidelity.md shows, "
+                             "and write that page")
     parser.add_argument("--list", action="store_true", help="print the names and goals only")
     parser.add_argument("--seeds", default="1..20", metavar="A..B",
                         help="seeds of the random transfer functions (default 1..20)")
@@ -64,7 +73,9 @@ def main():
     options = parser.parse_args()
 
     table = read_table()
-    names = [n.removesuffix("_256") for n in options.names]
+    page = "fidelity" in options.names
+    names = [n.removesuffix("_256") for n in options.names if n != "fidelity"]
+    names += FIDELITY if page else ()
     lines = {row[0] for row in table}
     # A whole name is that line alone, not what it is a prefix of.
     rows = [row for row in table
@@ -77,15 +88,19 @@ def main():
             print(f"{name}\t{unit}\t{goal}")
         return 0
 
-    unmeasured = False
+    unmeasured, figures, curves = False, {}, []
     for bench in dict.fromkeys(row[3] for row in rows):
         mine = [row for row in rows if row[3] == bench]
-        values = run_bench(bench, options.bin, [row[0] for row in mine], options.seeds)
+        values, points = run_bench(bench, options.bin, [row[0] for row in mine], options.seeds)
+        curves += points
         for name, unit, goal, _ in mine:
             value = values.get(name, math.nan)
             outcome = verdict(value, goal)
             unmeasured |= math.isnan(value)
+            figures[name] = (value, unit, goal, outcome)
             print(f"{name}\t{value:.4g}\t{unit}\t{goal}\t{outcome}", flush=True)
+    if page:
+        fidelity_page.write(HERE.parents[1] / "docs", figures, curves, options.seeds)
     return 1 if unmeasured else 0  # a missed goal is a finding, not a failure
 
 

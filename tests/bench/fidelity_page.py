@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes docs/fidelity.md and its plots from what `scripts/bench fidelity` measured."""
+import html
+import math
+import re
+
+COLORS = {"flat": "#7f7f7f", "layered": "#2ca02c", "sliced": "#d62728", "sliced3": "#9467bd",
+          "field": "#1f77b4"}
+NAMES = {"flat": "flat (lengths)", "layered": "layered", "sliced": "sliced, one stack",
+         "sliced3": "sliced, three stacks", "field": "reduced field"}
+BUDGETS = (0.25, 0.5, 1, 2, 4, 8)
+
+
+class Curve:
+    """One setting of one tier on one scene: bytes and what they buy."""
+
+    def __init__(self, cells):
+        (self.scene, self.tier, self.setting), figures = cells[:3], map(float, cells[3:])
+        self.percent, self.mean, self.least, self.near, self.far = figures
+
+
+def plot(title, unit, series, lower_is_better):
+    """An SVG of figures over bytes in percent, both axes labelled; bytes are logarithmic."""
+    points = [p for line in series.values() for p in line if math.isfinite(p[1])]
+    if not points:
+        return ""
+    low, high = min(p[0] for p in points), max(p[0] for p in points)
+    low, high = math.floor(math.log2(low)), math.ceil(math.log2(high) + 1e-9)
+    high = max(high, low + 1)
+    least, most = min(p[1] for p in points), max(p[1] for p in points)
+    if lower_is_better:
+        least = 0.0
+    step = next(s for e in range(-4, 4) for s in (10.0 ** e, 2 * 10.0 ** e, 5 * 10.0 ** e)
+                if (most - least) / s <= 8)
+    least, most = math.floor(least / step) * step, math.ceil(most / step + 1e-9) * step
+    width, height, left, top = 520, 300, 60, 30
+
+    def x(percent):
+        return left + (math.log2(percent) - low) / (high - low) * (width - left - 20)
+
+    def y(value):
+        return top + (most - value) / (most - least) * (height - top - 45)
+
+    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
+           'font-family="sans-serif" font-size="11">',
+           f'<rect width="{width}" height="{height}" fill="white"/>',
+           f'<text x="{left}" y="16" font-size="13">{html.escape(title)}</text>',
+           f'<text x="{width / 2}" y="{height - 6}" text-anchor="middle">bytes, % of the field</text>',
+           f'<text x="12" y="{height / 2}" text-anchor="middle" '
+           f'transform="rotate(-90 12 {height / 2})">{unit}</text>']
+    for power in range(low, high + 1):
+        at = x(2.0 ** power)
+        out.append(f'<path d="M{at:.1f} {top}V{height - 45}" stroke="#ddd"/>'
+                   f'<text x="{at:.1f}" y="{height - 30}" text-anchor="middle">{2.0 ** power:g}'
+                   '</text>')
+    for i in range(round((most - least) / step) + 1):
+        value = least + i * step
+        out.append(f'<path d="M{left} {y(value):.1f}H{width - 20}" stroke="#ddd"/>'
+                   f'<text x="{left - 6}" y="{y(value) + 4:.1f}" text-anchor="end">{value:g}</text>')
+    for row, (tier, line) in enumerate(series.items()):
+        color = COLORS[tier]
+        inside = [p for p in sorted(line) if math.isfinite(p[1])]
+        if len(inside) > 1:
+            path = "L".join(f"{x(p[0]):.1f} {y(p[1]):.1f}" for p in inside)
+            out.append(f'<path d="M{path}" fill="none" stroke="{color}" stroke-width="1.5"/>')
+        out += [f'<circle cx="{x(p[0]):.1f}" cy="{y(p[1]):.1f}" r="3" fill="{color}">'
+                f'<title>{html.escape(p[2])}</title></circle>' for p in inside]
+        legend = top + 12 + 14 * row if lower_is_better else height - 60 - 14 * row
+        out.append(f'<circle cx="{width - 160}" cy="{legend - 4}" r="3" fill="{color}"/>'
+                   f'<text x="{width - 150}" y="{legend}">{NAMES[tier]}</text>')
+    out.append("</svg>\n")
+    return "\n".join(out)
+
+
+def frontier(points, lower_is_better):
+    """Of (bytes, figure, setting), those that no other beats in both."""
+    best, kept = None, []
+    for point in sorted(points):
+        if best is None or (point[1] < best if lower_is_better else point[1] > best):
+            best = point[1]
+            kept.append(point)
+    return kept
+
+
+def winners(curves, figure, lower_is_better):
+    """For each budget the tier and setting that is best within it."""
+    cells = []
+    for budget in BUDGETS:
+        within = [c for c in curves if c.percent <= budget and math.isfinite(getattr(c, figure))]
+        if not within:
+            cells.append("-")
+            continue
+        best = (min if lower_is_better else max)(within, key=lambda c: getattr(c, figure))
+        value = getattr(best, figure)
+        cells.append(f"{best.tier} {best.setting}: " +
+                     (f"{value:.3f}" if lower_is_better else f"{value:.1f}"))
+    return cells
+
+
+def table(header, rows):
+    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    return lines + ["| " + " | ".join(row) + " |" for row in rows] + [""]
+
+
+def measured(figures, name, form):
+    if name not in figures or math.isnan(figures[name][0]):
+        return "-"
+    value, _, goal, outcome = figures[name]
+    text = form.format(value)
+    return f"**{text}** ({goal} missed)" if goal != "-" and outcome == "miss" else text
+
+
+def edit_rows(figures):
+    found = {m.groups() for m in (re.fullmatch(r"edit_psnr_(\w+?)_(sliced|field)_(mean|min)(\w*)", n)
+                                  for n in figures) if m}
+    rows = []
+    for scene, tier, _, suffix in sorted(found):
+        if _ != "mean":
+            continue
+        rows.append([scene, NAMES[tier], suffix.strip("_") or "constant",
+                     measured(figures, f"edit_psnr_{scene}_{tier}_mean{suffix}", "{:.1f}"),
+                     measured(figures, f"edit_psnr_{scene}_{tier}_min{suffix}", "{:.1f}"),
+                     measured(figures, f"edit_bytes_percent_{scene}_{tier}", "{:.2f}")])
+    return rows
+
+
+def novel_rows(figures):
+    pattern = r"novel_view_dssim_(\w+?)_(layered|sliced3|sliced|field)_(\d+)"
+    found = {m.groups()[:2] for m in (re.fullmatch(pattern, n) for n in figures) if m}
+    angles = (5, 10, 15, 30, 45, 60, 90)
+    return [[scene, NAMES[tier]] +
+            [measured(figures, f"novel_view_dssim_{scene}_{tier}_{a}", "{:.4f}") for a in angles]
+            for scene, tier in sorted(found)]
+
+
+def other_rows(figures):
+    skip = re.compile(r"edit_psnr_\w+_(sliced|field)_|edit_bytes_|novel_view_dssim_\w+_\d+$")
+    return [[f"`{name}`", f"{value:.4g}", unit, goal, outcome]
+            for name, (value, unit, goal, outcome) in figures.items()
+            if not skip.match(name) and not math.isnan(value)]
+
+
+def write(docs, figures, curve_cells, seeds):
+    """`figures` {name: (value, unit, goal, outcome)}; `curve_cells`: lists of Curve's cells."""
+    curves = [Curve(cells) for cells in curve_cells]
+    images = docs / "images"
+    images.mkdir(exist_ok=True)
+    text = ["# Fidelity", "",
+            "```sh", "scripts/bench fidelity        # measures everything on this page and writes it",
+            "```", "",
+            "Every figure compares with the raw field rendered on the CPU (`tests/support`), linear RGB",
+            "over black inside the box's projection, as [method.md](method.md) defines PSNR and DSSIM =",
+            f"(1 - SSIM) / 2. Random transfer functions, seeds {seeds}. Bytes are files on disk as a share",
+            "of the field in its own type. A goal that is missed is set in bold.", ""]
+    text += ["## Edited pictures at the stored view", "",
+             "PSNR in dB. `constant`: transfer functions that are constant on each interval;",
+             "`continuous`: the same bumps as functions of the value.", ""]
+    text += table(["scene", "tier", "functions", "mean", "min", "bytes, %"], edit_rows(figures))
+    text += ["## Novel views", "", "DSSIM by degrees from the stored view.", ""]
+    text += table(["scene", "tier", "5", "10", "15", "30", "45", "60", "90"], novel_rows(figures))
+    if others := other_rows(figures):
+        text += ["## Other figures", ""]
+        text += table(["line", "value", "unit", "goal", ""], others)
+    if curves:
+        text += ["## Rate and distortion", "",
+                 "Each point is one setting of a tier (hover for it); lines join those that no other",
+                 "setting of the tier beats. Edits: mean PSNR at the stored view. Novel views: mean",
+                 "DSSIM at 45 degrees; a single stack or picture is seen from its side there, three",
+                 "stacks and the field serve the whole sphere.", ""]
+    for scene in dict.fromkeys(c.scene for c in curves):
+        mine = [c for c in curves if c.scene == scene]
+        text += [f"### {scene}", ""]
+        for what, figure, unit, lower in (("edits", "mean", "PSNR, dB", False),
+                                          ("novel views", "far", "DSSIM at 45°", True)):
+            series = {}
+            for c in mine:
+                value = getattr(c, figure)
+                if math.isfinite(value):
+                    series.setdefault(c.tier, []).append((c.percent, value, c.setting))
+            series = {tier: frontier(line, lower) for tier, line in series.items()}
+            if svg := plot(f"{scene}: {what}", unit, series, lower):
+                name = f"fidelity_{scene}_{figure}.svg"
+                (images / name).write_text(svg)
+                text.append(f"![{scene}: {what}](images/{name})")
+        text += ["", "The best within a budget of bytes:", ""]
+        text += table(["bytes, %"] + [f"{b:g}" for b in BUDGETS],
+                      [["edits, dB"] + winners(mine, "mean", False),
+                       ["10°, DSSIM"] + winners(mine, "near", True),
+                       ["45°, DSSIM"] + winners(mine, "far", True)])
+    (docs / "fidelity.md").write_text("\n".join(text).rstrip() + "\n")

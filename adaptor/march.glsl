@@ -16,7 +16,8 @@
 // Marcher defines INTERVALS, LAYERS (counts); STRETCH (steps), EACH_STEP(X) = X(0, 1) X(1, 2) ...,
 // EACH_STEP_BACK(X) in reverse; EACH_LAYER(X) = X(0) X(1) ...; and where requested LENGTH,
 // ATTENUATION, MIP, REFERENCE, PHONG, and BASE where the base transfer function is needed; or SLAB
-// alone: lengths between two depths, which slab_march.cpp reads.
+// alone: lengths between two depths, which slab_march.cpp reads; with DIRECT where its samples are
+// nodes of the grid.
 
 layout(local_size_x = 64) in;
 
@@ -74,7 +75,17 @@ vec2 clipToBox(vec3 origin, vec3 direction) {
   return z;
 }
 
-#ifdef UNEVEN
+#if defined(DIRECT)
+// Samples stand on nodes, or so near that the difference does not count.
+float voxelAt(vec3 node) {
+  float f = texelFetch(volume, clamp(ivec3(node - firstNode + 0.5), ivec3(0), nodeCount - 1), 0).x;
+#ifdef GAPS
+  f = abs(f) < kGapEdge ? f : kGap;
+#endif
+  return f;
+}
+#define SAMPLE(z) voxelAt(node0 + (z) * nodeDirection)
+#elif defined(UNEVEN)
 #define SAMPLE(z) sampleAt(placeAt(origin + (z) * direction))
 #else
 #define SAMPLE(z) sampleAt(placeOf(node0 + (z) * nodeDirection))

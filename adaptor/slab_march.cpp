@@ -2,6 +2,7 @@
 #include "adaptor/slab_march.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -58,6 +59,50 @@ void takeCells(const float* planes, std::size_t count, int noDataRank, SlabRays&
   }
 }
 
+/// The distance of nodes along the rays, where an axis-aligned view has a node under every pixel;
+/// so that rays may read nodes alone, between which the field is linear along them.
+std::optional<double> spacingAlongNodes(const MarchRequest& request, const MarchSetup& setup,
+                                        const BlockGrid& grid) {
+  constexpr double kNear = 0.01;  ///< of a node's distance, how far off a ray may be
+  const Camera& camera = request.camera;
+  if (camera.projection != Projection::Orthographic) return {};
+  const auto corner = [&](double x, double y) {
+    return camera.unproject({x, y, 0.0}, request.size);
+  };
+  const glm::dvec3 first = corner(0.5, 0.5);
+  const glm::dvec3 last = corner(request.size.width - 0.5, request.size.height - 0.5);
+  std::optional<double> spacing;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto& nodes = grid.nodes[std::size_t(axis)];
+    if (!setup.axes[std::size_t(axis)].even || nodes.size() < 2) return {};
+    const double between = (nodes.back() - nodes.front()) / double(nodes.size() - 1);
+    if (std::abs(camera.forward[axis]) > 1.0 - 1e-12) {
+      spacing = between;
+      continue;
+    }
+    // Along the picture's other side both corners are the same: one node apart at least then.
+    for (const double at : {first[axis], last[axis]}) {
+      const double node = (at - nodes.front()) / between;
+      if (std::abs(node - std::nearbyint(node)) > kNear) return {};
+    }
+    const bool across = std::abs(camera.right()[axis]) > 0.5;
+    const int steps = (across ? request.size.width : request.size.height) - 1;
+    const double pitch = std::abs(last[axis] - first[axis]) / std::max(steps, 1);
+    if (steps > 0 && std::abs(pitch / between - 1.0) * steps > 2.0 * kNear) return {};
+  }
+  return spacing;
+}
+
+/// Counts depth from the first node at or behind the domain's nearest face, so that samples are
+/// nodes.
+void anchorOnNodes(MarchFrame& frame, const MarchRequest& request, const BlockGrid& grid) {
+  const glm::dvec3 node{grid.nodes[0].front(), grid.nodes[1].front(), grid.nodes[2].front()};
+  const Camera& camera = request.camera;
+  const double depth = glm::dot(node - camera.position, camera.forward);
+  const double steps = (depth - frame.depthOrigin) / request.stepLength;
+  frame.depthOrigin += (steps - std::floor(steps + 1e-6)) * request.stepLength;
+}
+
 }  // namespace
 
 /// The programs of a slab and the tiles that they are run on. Tiles in whose depths nothing but the
@@ -77,7 +122,7 @@ struct SlabMarch::Passes {
 };
 
 const gl::Program& SlabMarch::program(const MarchRequest& request, const MarchSetup& setup,
-                                      const BlockVolume& volume, bool quiet) {
+                                      const BlockVolume& volume, bool quiet, bool direct) {
   MarchDefines defines = {{"INTERVALS", std::to_string(request.partition.intervals())},
                           {"LAYERS", "0"},
                           {"STRETCH", std::to_string(kStretch)},
@@ -86,6 +131,7 @@ const gl::Program& SlabMarch::program(const MarchRequest& request, const MarchSe
                           {"EACH_LAYER(X)", ""},
                           {"SLAB", ""}};
   if (quiet) defines.push_back({"QUIET", ""});
+  if (direct) defines.push_back({"DIRECT", ""});
   addFieldDefines(defines, setup, volume, !quiet);
   std::string key;
   for (const auto& [name, value] : defines) key += name + "=" + value + ";";
@@ -156,14 +202,19 @@ void SlabMarch::march(const BlockVolume& volume, const MarchRequest& request,
     return;
   }
   const Stopwatch preparing;
-  const MarchSetup setup(lengths, volume, false);
+  MarchSetup setup(lengths, volume, false);
+  const auto spacing = spacingAlongNodes(lengths, setup, grid);
+  if (spacing) {
+    lengths.stepLength = *spacing;
+    anchorOnNodes(setup.frame, lengths, grid);
+  }
   const TilePlan plan(volume.bricks(), setup.bricks, grid, setup.frame, lengths);
   const MarchTables tables(setup, volume);
-  const gl::Program* marched = &program(lengths, setup, volume, false);
+  const gl::Program* marched = &program(lengths, setup, volume, false, spacing.has_value());
   setMarchUniforms(*marched, lengths, setup, volume);
   const gl::Program* quiet = nullptr;
   if (plan.background) {
-    quiet = &program(lengths, setup, volume, true);
+    quiet = &program(lengths, setup, volume, true, spacing.has_value());
     setMarchUniforms(*quiet, lengths, setup, volume);
     const gl::Functions& f = gl::functions();
     f.Uniform1i(quiet->uniform("backgroundChannel"), plan.background->channel);

@@ -26,7 +26,7 @@ class SlabMarch {
  private:
   struct Passes;
   const gl::Program& program(const MarchRequest& request, const MarchSetup& setup,
-                             const BlockVolume& volume, bool quiet);
+                             const BlockVolume& volume, bool quiet, bool direct);
   SlabRays readSlab(const Passes& passes, const MarchRequest& request, glm::vec2 slab,
                     Times& times);
 

@@ -110,6 +110,41 @@ TEST_P(March, SlabsDoNotDependOnTheBlocks) {
   EXPECT_GT(compared, 0u);
 }
 
+TEST_P(March, PixelsThatAreNodesAreReadDirectly) {
+  // A camera that is off the nodes by more than is let pass sees nearly the same.
+  const Scene scene = Scene::even({24, 24, 24}, kUnit, waves);
+  for (const glm::dvec3 forward : {glm::dvec3(0, 1, 0), {-1, 0, 0}, {0, 0, 1}}) {
+    Camera camera = frameBox(kUnit, forward, {forward.z, 0, 1.0 - std::abs(forward.z)}, 1.0);
+    camera.viewHeight = 24.0 / 23.0 * (1.0 - 1e-5);
+    MarchRequest request = lengthsOnly(requestAll(kUnit, 0.1, 0.8, 7, camera, {24, 24}));
+    request.stepLength = 1.0 / 23.0;
+    const auto depths = evenDepths(request, 4);
+    const auto direct = marchSlabs(marcher, scene, request, depths, scene.whole(), 0);
+    request.camera.viewHeight *= 1.0 - 2.5e-3;
+    const auto general = marchSlabs(marcher, scene, request, depths, scene.whole(), 0);
+    double sum = 0.0;
+    std::size_t count = 0, far = 0;
+    for (std::size_t s = 0; s + 1 < depths.size(); ++s) {
+      for (std::size_t i = 0; i < direct[s].cells.size(); ++i) {
+        const SlabCell &a = direct[s].cells[i], &b = general[s].cells[i];
+        ASSERT_NE(a.lowest, SlabCell::kNone);
+        for (int rank = 0; rank < 9; ++rank) {
+          const auto at = [&](const SlabRays& slab, const SlabCell& cell) {
+            const bool there = rank >= cell.lowest && rank <= cell.highest;
+            return there ? slab.lengthsOf(cell)[std::size_t(rank - cell.lowest)] : 0.0f;
+          };
+          const double difference = std::abs(at(direct[s], a) - at(general[s], b));
+          sum += difference;
+          far += difference > 0.02;  // where a ray grazes a bound
+          count += at(direct[s], a) > 0.0f;
+        }
+      }
+    }
+    EXPECT_LT(sum / double(count), 3e-3) << forward.x << forward.y << forward.z;
+    EXPECT_LT(double(far), 0.02 * double(count));
+  }
+}
+
 TEST_P(March, PassingOverBricksChangesNoSlab) {
   const Scene scene = flatAndHoled();
   MarchRequest request = lengthsOnly(requestAll(kUnit, 0.1, 0.8, 7, oblique(kUnit), {64, 48}));

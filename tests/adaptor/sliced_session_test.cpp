@@ -124,6 +124,36 @@ TEST(SlicedSession, BlocksGiveTheStackOfTheWhole) {
     }
 }
 
+TEST(SlicedSession, CellsThatRiseAlongTheRayHaveTheirExactLengths) {
+  // 16 cells a side, of value (i + 1/2) / 16 along y: half a cell at each face holds its end value.
+  const Folder folder;
+  {
+    Simulation run(folder / "a.cdb",
+                   sliced("stacks = 'front'\nslabs = 4\nlevels = 128\n") +
+                       "[[field]]\nsource = 'f'\nrange = [0, 1]\nintervals = 4\n");
+    vestige_grid grid = VESTIGE_GRID_INIT;
+    for (int a = 0; a < 3; ++a) {
+      grid.points[a] = 17;
+      grid.spacing[a] = 1.0 / 16.0;
+    }
+    std::vector<float> values;
+    for (int i = 0; i < 16 * 16 * 16; ++i) values.push_back((float(i / 16 % 16) + 0.5f) / 16.0f);
+    ASSERT_EQ(vestige_block(run.session, 0, &grid), VESTIGE_OK);
+    ASSERT_EQ(vestige_share_field(run.session, 0, "f", VESTIGE_FLOAT32, VESTIGE_CELL, 1,
+                                  values.data(), nullptr),
+              VESTIGE_OK);
+    ASSERT_EQ(vestige_execute(run.session, 1, 0.0), VESTIGE_OK) << run.error();
+  }
+  const SlicedStack stack = stackOf(Archive(folder / "a.cdb"), "stack-front");
+  EXPECT_EQ(stack.header.size, (ImageSize{16, 16}));
+  for (std::size_t s = 0; s < 4; ++s)
+    for (const StackCell& cell : stack.slabs[s].cells) {
+      ASSERT_EQ(cell.count, 1) << "slab " << s << " is interval " << s;
+      ASSERT_EQ(cell.lowest, s + 1);
+      ASSERT_EQ(stack.slabs[s].levelsOf(cell)[0], 128);
+    }
+}
+
 TEST(SlicedSession, EqualInputsGiveEqualBytes) {
   const Folder folder;
   for (const char* name : {"a.cdb", "b.cdb"}) {

@@ -10,6 +10,7 @@
 
 #include "brick_frag.embed.h"
 #include "fullscreen_vert.embed.h"
+#include "normal_frag.embed.h"
 #include "occlusion_frag.embed.h"
 #include "proxy/error.h"
 #include "reduce_frag.embed.h"
@@ -19,11 +20,18 @@ namespace vestige {
 namespace {
 
 constexpr int kReduce = 4;
+/// Rays are probed at every other pixel from so many pixels a cell on.
+constexpr double kProbePixels = 2.5;
 /// Slopes a cell below this share (of the extinction, or of the range of values) are not lit.
 constexpr float kFlatOptics = 0.01f, kFlatScalar = 1e-4f;
 
 [[noreturn]] void refuse(const std::string& what) {
   throw Error(ErrorCode::InvalidArgument, "drawing a grid: " + what);
+}
+
+bool lights(const VolumeSetup& setup) {
+  return setup.light && setup.light->shade &&
+         (setup.mode == VolumeMode::Compositing || setup.mode == VolumeMode::Isosurface);
 }
 
 void checkSetup(const LookGrid& grid, const VolumeSetup& setup) {
@@ -38,6 +46,9 @@ void checkSetup(const LookGrid& grid, const VolumeSetup& setup) {
            std::to_string(kMaxIsosurfaces) + " can be drawn");
   }
   if (!(setup.step > 0.0)) refuse("a step of " + std::to_string(setup.step) + " cells");
+  if (lights(setup) && setup.mode == VolumeMode::Compositing && !grid.normals) {
+    refuse("light needs normals: call findNormals first");
+  }
   if (setup.mode == VolumeMode::Slice && !(glm::length(glm::dvec3(setup.plane)) > 0.0)) {
     refuse("a slice needs a plane whose normal is not zero");
   }
@@ -96,6 +107,21 @@ RayUniforms raysOf(const Camera& camera, ImageSize size, const glm::dmat4& cellF
   return rays;
 }
 
+/// Width in pixels of the narrowest side of a cell, in the middle of the medium.
+double pixelsPerCell(const LookGrid& grid, const VolumeSetup& setup) {
+  const glm::dvec3 middle(grid.worldFromGrid * glm::dvec4(0.5 * (grid.low + grid.high), 1.0));
+  const double depth = glm::dot(middle - setup.camera.position, setup.camera.forward);
+  const bool perspective = setup.camera.projection == Projection::Perspective;
+  const double height = perspective ? 2.0 * depth * std::tan(0.5 * setup.camera.fieldOfView)
+                                    : setup.camera.viewHeight;
+  double narrowest = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    narrowest = std::min(
+        narrowest, glm::length(glm::dvec3(grid.worldFromGrid[axis])) / double(grid.size[axis]));
+  }
+  return height > 0.0 ? narrowest * setup.size.height / height : 0.0;
+}
+
 void setLight(const gl::Program& program, const LightSetup& light) {
   const gl::Functions& gl = gl::functions();
   std::array<float, 32> from{};
@@ -141,10 +167,55 @@ const gl::Program& VolumePass::program(const std::string& name, std::string_view
 VolumeView VolumePass::render(const LookGrid& grid, const VolumeSetup& setup) {
   checkSetup(grid, setup);
   const gl::Functions& gl = gl::functions();
+  const ImageSize size = setup.size;
+  const auto target = [](ImageSize of) {
+    return gpu::texture2D(GL_RGBA32F, of, GL_RGBA, GL_FLOAT, nullptr);
+  };
+  const gl::Texture color = target(size), info = target(size);
+  const std::array<gpu::Attachment, 2> attachments{{{&color}, {&info}}};
+  // Cells that are several pixels wide need not be cast at every pixel.
+  const bool probes = setup.tolerance > 0.0 && pixelsPerCell(grid, setup) >= kProbePixels;
+  std::optional<gl::Texture> probeColor, probeInfo;
+  if (probes) {
+    const ImageSize half{size.width / 2 + 1, size.height / 2 + 1};
+    probeColor = target(half);
+    probeInfo = target(half);
+    const std::array<gpu::Attachment, 2> both{{{&*probeColor}, {&*probeInfo}}};
+    gpu::bindTarget(framebuffer_, both, half);
+    const gl::Program& cast = bind(grid, setup, false);
+    gl.Uniform1f(cast.uniform("pixelStep"), 2.0f);
+    gpu::drawFullscreen(empty_);
+  }
+  gpu::bindTarget(framebuffer_, attachments, size);
+  const gl::Program& cast = bind(grid, setup, probes);
+  gl.Uniform1f(cast.uniform("pixelStep"), 1.0f);
+  if (probes) {
+    gpu::bindSampler(cast, "probes", 6, *probeColor);
+    gpu::bindSampler(cast, "probeInfo", 7, *probeInfo);
+    gl.Uniform1f(cast.uniform("tolerance"), float(setup.tolerance));
+  }
+  gpu::drawFullscreen(empty_);
+  VolumeView view;
+  view.picture = {size, gpu::readFloats(size, 0)};
+  const std::vector<float> extra = gpu::readFloats(size, 1);
+  view.depth.resize(size.pixels());
+  view.guess.resize(size.pixels());
+  for (std::size_t i = 0; i < size.pixels(); ++i) {
+    const float z = extra[4 * i];
+    view.depth[i] = z > 1e29f ? std::numeric_limits<float>::infinity() : z;
+    view.guess[i] = extra[4 * i + 1];
+  }
+  // A framebuffer that had two colour attachments must not keep the second.
+  gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, 0, 0);
+  gl::checkErrors("drawing a grid");
+  return view;
+}
+
+const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& setup, bool probed) {
+  const gl::Functions& gl = gl::functions();
   const bool scalar = grid.content == GridContent::Scalar;
   const bool marches = setup.mode != VolumeMode::Slice;
-  const bool shades =
-      setup.light && setup.light->shade && marches && setup.mode != VolumeMode::Maximum;
+  const bool shades = lights(setup);
   const bool opens = setup.occlusion && marches && setup.mode != VolumeMode::Maximum;
   const bool skips = setup.skip && marches && setup.mode != VolumeMode::Maximum;
   Defines defines;
@@ -159,6 +230,7 @@ VolumeView VolumePass::render(const LookGrid& grid, const VolumeSetup& setup) {
   define(opens, "OPEN");
   define(grid.guess.has_value(), "GUESS");
   define(skips, "SKIP");
+  define(probed, "PROBED");
   const gl::Program& cast = program("volume", embedded::volume_frag, defines);
   cast.use();
 
@@ -218,11 +290,13 @@ VolumeView VolumePass::render(const LookGrid& grid, const VolumeSetup& setup) {
   if (grid.guess) gpu::bindSampler(cast, "guess", 4, *grid.guess);
   if (shades) {
     setLight(cast, *setup.light);
-    const glm::mat3 eyeFromGradient(glm::dmat3(setup.camera.eyeFromWorld()) *
-                                    glm::transpose(glm::dmat3(cellFromWorld)));
+    const glm::dmat3 eyeFromWorld(setup.camera.eyeFromWorld());
+    const glm::mat3 eye(eyeFromWorld);
+    const glm::mat3 eyeFromGradient(eyeFromWorld * glm::transpose(glm::dmat3(cellFromWorld)));
+    gl.UniformMatrix3fv(cast.uniform("eyeFromWorld"), 1, GL_FALSE, glm::value_ptr(eye));
     gl.UniformMatrix3fv(cast.uniform("eyeFromGradient"), 1, GL_FALSE,
                         glm::value_ptr(eyeFromGradient));
-    gl.Uniform1f(cast.uniform("flatSlope"), scalar ? kFlatScalar : kFlatOptics);
+    if (grid.normals) gpu::bindSampler(cast, "normals", 5, *grid.normals);
   }
   if (setup.mode == VolumeMode::Isosurface) {
     std::vector<Isosurface> sorted = setup.isosurfaces;
@@ -245,26 +319,7 @@ VolumeView VolumePass::render(const LookGrid& grid, const VolumeSetup& setup) {
     gl.Uniform4f(cast.uniform("plane"), plane.x, plane.y, plane.z, -plane.w);
     gl.Uniform1f(cast.uniform("thickness"), float(setup.sliceThickness));
   }
-
-  const gl::Texture color = gpu::texture2D(GL_RGBA32F, setup.size, GL_RGBA, GL_FLOAT, nullptr);
-  const gl::Texture info = gpu::texture2D(GL_RGBA32F, setup.size, GL_RGBA, GL_FLOAT, nullptr);
-  const std::array<gpu::Attachment, 2> attachments{{{&color}, {&info}}};
-  gpu::bindTarget(framebuffer_, attachments, setup.size);
-  gpu::drawFullscreen(empty_);
-  VolumeView view;
-  view.picture = {setup.size, gpu::readFloats(setup.size, 0)};
-  const std::vector<float> extra = gpu::readFloats(setup.size, 1);
-  view.depth.resize(setup.size.pixels());
-  view.guess.resize(setup.size.pixels());
-  for (std::size_t i = 0; i < setup.size.pixels(); ++i) {
-    const float z = extra[4 * i];
-    view.depth[i] = z > 1e29f ? std::numeric_limits<float>::infinity() : z;
-    view.guess[i] = extra[4 * i + 1];
-  }
-  // A framebuffer that had two colour attachments must not keep the second.
-  gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, 0, 0);
-  gl::checkErrors("drawing a grid");
-  return view;
+  return cast;
 }
 
 void VolumePass::findBricks(LookGrid& grid) {
@@ -310,21 +365,46 @@ void VolumePass::findBricks(LookGrid& grid, std::span<const Isosurface> surfaces
   grid.setOccupied(occupied);
 }
 
+void VolumePass::drawLayers(const gl::Program& pass, const gl::Texture& target, glm::ivec3 size) {
+  for (int layer = 0; layer < size.z; ++layer) {
+    const gpu::Attachment attachment{&target, layer};
+    gpu::bindTarget(framebuffer_, {&attachment, 1}, {size.x, size.y});
+    gl::functions().Uniform1i(pass.uniform("layer"), layer);
+    gpu::drawFullscreen(empty_);
+  }
+}
+
+void VolumePass::findNormals(LookGrid& grid) {
+  const gl::Functions& gl = gl::functions();
+  const bool scalar = grid.content == GridContent::Scalar;
+  Defines defines;
+  if (scalar) defines.emplace_back("SCALAR", "1");
+  const gl::Program& find = program("normal", embedded::normal_frag, defines);
+  grid.normals = target3D(GL_RGBA8, grid.size);
+  find.use();
+  gpu::bindSampler(find, "values", 0, grid.values);
+  // Relative to the grid's own length, so that any world units do.
+  glm::dmat3 gridFromWorld = glm::inverse(glm::dmat3(grid.worldFromGrid));
+  const double length = glm::length(glm::dvec3(grid.worldFromGrid[0]));
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      gridFromWorld[column][row] *= length * grid.size[row] / double(grid.size.x);
+    }
+  }
+  const glm::mat3 worldFromGradient(glm::transpose(gridFromWorld));
+  gl.UniformMatrix3fv(find.uniform("worldFromGradient"), 1, GL_FALSE,
+                      glm::value_ptr(worldFromGradient));
+  gl.Uniform1f(find.uniform("flatSlope"), scalar ? kFlatScalar : kFlatOptics);
+  drawLayers(find, *grid.normals, grid.size);
+  gl::checkErrors("finding the normals of a grid");
+}
+
 OcclusionGrid VolumePass::occlusion(const LookGrid& grid, double radiusWorld,
                                     const OpticsTable* table) {
   const bool scalar = grid.content == GridContent::Scalar;
   if (scalar && !table) refuse("ambient occlusion of values needs a table of optics");
   const gl::Functions& gl = gl::functions();
   const glm::ivec3 size = (grid.size + (kReduce - 1)) / kReduce;
-  const ImageSize layerSize{size.x, size.y};
-  const auto drawLayers = [&](const gl::Program& pass, const gl::Texture& target) {
-    for (int layer = 0; layer < size.z; ++layer) {
-      const gpu::Attachment attachment{&target, layer};
-      gpu::bindTarget(framebuffer_, {&attachment, 1}, layerSize);
-      gl.Uniform1i(pass.uniform("layer"), layer);
-      gpu::drawFullscreen(empty_);
-    }
-  };
   const gl::Texture reduced = target3D(GL_R32F, size);
   Defines defines;
   if (scalar) defines.emplace_back("SCALAR", "1");
@@ -336,7 +416,7 @@ OcclusionGrid VolumePass::occlusion(const LookGrid& grid, double radiusWorld,
     gpu::bindSampler(reduce, "table", 1, table->texture());
     setEntries(reduce, grid, *table);
   }
-  drawLayers(reduce, reduced);
+  drawLayers(reduce, reduced, size);
 
   OcclusionGrid result{target3D(GL_R8, size)};
   const gl::Program& gather = program("occlusion", embedded::occlusion_frag, {});
@@ -345,7 +425,7 @@ OcclusionGrid VolumePass::occlusion(const LookGrid& grid, double radiusWorld,
   gl.Uniform1f(gather.uniform("radius"), float(radiusWorld));
   const glm::mat3 gridFromWorld(glm::inverse(glm::dmat3(grid.worldFromGrid)));
   gl.UniformMatrix3fv(gather.uniform("gridFromWorld"), 1, GL_FALSE, glm::value_ptr(gridFromWorld));
-  drawLayers(gather, result.open);
+  drawLayers(gather, result.open, size);
   gl::checkErrors("ambient occlusion of a grid");
   return result;
 }

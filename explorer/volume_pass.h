@@ -46,6 +46,9 @@ struct VolumeSetup {
   double step = 0.5;                    ///< in cells of the axis that the ray crosses fastest, > 0
   double opaque = 1e-3;                 ///< rays end where so much light is left
   bool skip = true;                     ///< pass over bricks that have nothing to show
+  /// Where cells are several pixels wide, every other pixel is cast, and those between are only
+  /// where colours bend by more than this; 0 = every pixel is cast.
+  double tolerance = 1.0 / 256.0;
 };
 
 /// A picture of a grid.
@@ -70,6 +73,9 @@ class VolumePass {
   /// ... of a scalar grid under a table; of a scalar grid that shows isosurfaces.
   static void findBricks(LookGrid& grid, const OpticsTable& table);
   static void findBricks(LookGrid& grid, std::span<const Isosurface> surfaces);
+  /// Finds LookGrid::normals, which light needs: of extinction for optics, hence once a look, and
+  /// of values for scalars, once and for all.
+  void findNormals(LookGrid& grid);
   /// Local ambient occlusion: the light that reaches a cell, through the extinction of a grid
   /// reduced by 4, from all sides no farther away than the radius. A cell on a flat opaque face
   /// counts as fully open. `table` belongs to scalar grids.
@@ -80,6 +86,9 @@ class VolumePass {
   using Defines = std::vector<std::pair<std::string, std::string>>;
   const gl::Program& program(const std::string& name, std::string_view fragment,
                              const Defines& defines);
+  /// Makes the program of a setup current, all uniforms and textures set.
+  const gl::Program& bind(const LookGrid& grid, const VolumeSetup& setup, bool probed);
+  void drawLayers(const gl::Program& pass, const gl::Texture& target, glm::ivec3 size);
   std::map<std::string, gl::Program> programs_;
   gl::Framebuffer framebuffer_;
   gl::VertexArray empty_;

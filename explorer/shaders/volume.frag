@@ -15,6 +15,7 @@ uniform sampler3D values;
 uniform vec3 cells;              // of the grid
 uniform vec3 texelFromCell;      // 1 / cells
 uniform vec3 start[3], along[3]; // at pixel (0, 0), and their change a pixel in x and y
+uniform float pixelStep;         // pixels a texel of the target: 2 for probes
 uniform vec4 tangent;            // of the ray's angle at pixel (0, 0), and its change a pixel
 uniform vec3 low, high;          // of the medium, in cells
 uniform float nearest;           // least z
@@ -42,11 +43,15 @@ uniform vec4 plane;              // in cells
 uniform float thickness;         // world length of its opacity
 #endif
 #ifdef LIT
+#ifdef ISOSURFACE
 uniform mat3 eyeFromGradient;    // gradient along cells to eye space
+#else
+uniform sampler3D normals;       // normal.frag
+uniform mat3 eyeFromWorld;
+#endif
 uniform int lights;
 uniform vec4 lightFrom[8];       // unit direction to the light in eye space, intensity
 uniform vec4 material;           // ambient, diffuse, specular, shininess
-uniform float flatSlope;         // slopes a cell below it, as a share of the sample, are not lit
 #endif
 #ifdef OPEN
 uniform sampler3D open;
@@ -54,6 +59,10 @@ uniform float openStrength;
 #endif
 #ifdef GUESS
 uniform sampler3D guess;
+#endif
+#ifdef PROBED
+uniform sampler2D probes, probeInfo;  // of every other pixel, from pixel (0, 0)
+uniform float tolerance;
 #endif
 
 layout(location = 0) out vec4 color;
@@ -102,29 +111,30 @@ void cut(inout vec2 span, vec3 from, vec3 way, vec3 boxLow, vec3 boxHigh) {
 }
 
 #ifdef LIT
-float slopeSample(vec3 cell) {
-#ifdef SCALAR
-  return texelAt(cell).r;
+// The normal in eye space, any length and side; as long as 1 where it is sure.
+vec3 normalAt(vec3 cell) {
+#ifdef ISOSURFACE
+  vec3 slope = vec3(valueAt(cell + vec3(1, 0, 0)) - valueAt(cell - vec3(1, 0, 0)),
+                    valueAt(cell + vec3(0, 1, 0)) - valueAt(cell - vec3(0, 1, 0)),
+                    valueAt(cell + vec3(0, 0, 1)) - valueAt(cell - vec3(0, 0, 1)));
+  vec3 n = eyeFromGradient * slope;
+  float steepness = length(n);
+  return steepness > 0.0 && steepness < 1e20 ? n / steepness : vec3(0.0);
 #else
-  return texelAt(cell).a;
+  return eyeFromWorld * (texture(normals, cell * texelFromCell).xyz * 2.0 - 1.0);
 #endif
 }
 
-// Blinn-Phong with the gradient as normal, turned to the viewer: light on the own colour, and white.
-vec2 shade(vec3 cell, vec3 toViewer, float amount) {
-  vec3 before = vec3(slopeSample(cell - vec3(1, 0, 0)), slopeSample(cell - vec3(0, 1, 0)),
-                     slopeSample(cell - vec3(0, 0, 1)));
-  vec3 after = vec3(slopeSample(cell + vec3(1, 0, 0)), slopeSample(cell + vec3(0, 1, 0)),
-                    slopeSample(cell + vec3(0, 0, 1)));
-  vec3 slope = 0.5 * (after - before);
-  vec3 n = eyeFromGradient * slope;
-  float steepness = length(n);
-  float sum = material.x + material.y, white = 0.0;
-  bool lit = steepness > 0.0 && max(abs(slope.x), max(abs(slope.y), abs(slope.z))) > flatSlope * amount;
-  if (!lit) return vec2(sum, 0.0);
-  n /= steepness;
+// Blinn-Phong, the normal turned to the viewer: light on the own colour, and white. Where no normal
+// is known, or neighbours' disagree, the full light falls.
+vec2 shade(vec3 cell, vec3 toViewer) {
+  vec3 n = normalAt(cell);
+  float sure = length(n);
+  vec2 full = vec2(material.x + material.y, 0.0);
+  if (sure < 0.1) return full;
+  n /= sure;
   if (dot(n, toViewer) < 0.0) n = -n;
-  float diffuse = 0.0;
+  float diffuse = 0.0, white = 0.0;
   for (int i = 0; i < lights; ++i) {
     vec3 toLight = lightFrom[i].xyz;
     float facing = max(dot(n, toLight), 0.0);
@@ -132,14 +142,15 @@ vec2 shade(vec3 cell, vec3 toViewer, float amount) {
     vec3 halfway = normalize(toLight + toViewer);
     if (facing > 0.0) white += lightFrom[i].w * pow(max(dot(n, halfway), 0.0), material.w);
   }
-  return vec2(material.x + material.y * diffuse, material.z * white);
+  return mix(full, vec2(material.x + material.y * diffuse, material.z * white),
+             smoothstep(0.1, 0.5, sure));
 }
 #endif
 
 // What light makes of `emission` of opacity `alpha`, both of one step.
-vec3 lit(vec3 emission, float alpha, vec3 cell, vec3 toViewer, float amount) {
+vec3 lit(vec3 emission, float alpha, vec3 cell, vec3 toViewer) {
 #ifdef LIT
-  vec2 light = alpha > 1e-3 ? shade(cell, toViewer, amount) : vec2(material.x + material.y, 0.0);
+  vec2 light = alpha > 1e-3 ? shade(cell, toViewer) : vec2(material.x + material.y, 0.0);
   emission = emission * light.x + alpha * light.y;
 #endif
 #ifdef OPEN
@@ -148,8 +159,50 @@ vec3 lit(vec3 emission, float alpha, vec3 cell, vec3 toViewer, float amount) {
   return emission;
 }
 
+#ifdef PROBED
+vec4 probe(ivec2 at) { return texelFetch(probes, clamp(at, ivec2(0), textureSize(probes, 0) - 1), 0); }
+
+float greatest4(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
+
+// The picture between probes by cubics through four, if they run straight enough: half of the bend
+// is less than the tolerance in both directions, everywhere around the square of the pixel.
+bool fromProbes() {
+  ivec2 pixel = ivec2(gl_FragCoord.xy), at = pixel / 2, odd = pixel & 1;
+  vec4 rows[4];
+  float bend = 0.0;
+  for (int y = 0; y < 4; ++y) {
+    vec4 a = probe(at + ivec2(-1, y - 1)), b = probe(at + ivec2(0, y - 1));
+    vec4 c = probe(at + ivec2(1, y - 1)), d = probe(at + ivec2(2, y - 1));
+    vec4 middle = 0.5625 * (b + c) - 0.0625 * (a + d);
+    bend = max(bend, greatest4(max(abs(a - 2.0 * b + c), abs(b - 2.0 * c + d))));
+    rows[y] = odd.x == 1 ? middle : b;
+    for (int x = 0; y < 2 && x < 2; ++x) {
+      ivec2 column = at + ivec2(x, 0);
+      bend = max(bend, greatest4(abs(probe(column + ivec2(0, y - 1)) - 2.0 * probe(column + ivec2(0, y)) +
+                                     probe(column + ivec2(0, y + 1)))));
+    }
+  }
+  // The midpoint of a cubic is off by a small share of the bend.
+  if (bend > tolerance) return false;
+  ivec2 last = textureSize(probeInfo, 0) - 1;
+  vec4 i00 = texelFetch(probeInfo, at, 0), i11 = texelFetch(probeInfo, min(at + odd, last), 0);
+  vec4 i01 = texelFetch(probeInfo, min(at + ivec2(odd.x, 0), last), 0);
+  vec4 i10 = texelFetch(probeInfo, min(at + ivec2(0, odd.y), last), 0);
+  bool some = greatest4(vec4(i00.r, i01.r, i10.r, i11.r)) > 1e29;
+  bool none = min(min(i00.r, i01.r), min(i10.r, i11.r)) > 1e29;
+  if (some && !none) return false;
+  vec4 value = odd.y == 1 ? 0.5625 * (rows[1] + rows[2]) - 0.0625 * (rows[0] + rows[3]) : rows[1];
+  color = clamp(value, 0.0, 1.0);
+  info = 0.25 * (i00 + i01 + i10 + i11);
+  return true;
+}
+#endif
+
 void main() {
-  vec2 pixel = gl_FragCoord.xy;
+#ifdef PROBED
+  if (fromProbes()) return;
+#endif
+  vec2 pixel = (gl_FragCoord.xy - 0.5) * pixelStep + 0.5;
   vec3 from = start[0] + pixel.x * start[1] + pixel.y * start[2];
   vec3 way = along[0] + pixel.x * along[1] + pixel.y * along[2];
   vec2 angle = tangent.xy + pixel * tangent.zw;
@@ -270,7 +323,7 @@ void main() {
         float z = mix(z0, z1, (v - value0) / (value1 - value0));
         vec4 own = surfaceColors[s];
         vec3 cell = from + z * way;
-        ADD(lit(own.rgb * own.a, own.a, cell, toViewer, 0.0), own.a, z, cell)
+        ADD(lit(own.rgb * own.a, own.a, cell, toViewer), own.a, z, cell)
       }
 #else
       Entry entry1 = entryAt(value1);
@@ -285,8 +338,7 @@ void main() {
       if (optics.a > 0.0) {
         float alpha = 1.0 - exp(-optics.a * ds);
         vec3 cell = from + zMiddle * way;
-        ADD(lit(optics.rgb * (alpha / optics.a), alpha, cell, toViewer, optics.a / scale), alpha,
-            zMiddle, cell)
+        ADD(lit(optics.rgb * (alpha / optics.a), alpha, cell, toViewer), alpha, zMiddle, cell)
       }
 #endif
     }

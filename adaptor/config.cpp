@@ -15,6 +15,7 @@
 #include "adaptor/config_reader.h"
 #include "proxy/colormap.h"
 #include "proxy/error.h"
+#include "proxy/field_layout.h"
 #include "proxy/interval_partition.h"
 #include "proxy/layered_layout.h"
 #include "proxy/sliced_stack.h"
@@ -67,7 +68,8 @@ void readImage(ConfigReader reader, Config& config) {
                                                            {"mip", &config.mip},
                                                            {"reference", &config.reference},
                                                            {"layered", &config.layered},
-                                                           {"sliced", &sliced}};
+                                                           {"sliced", &sliced},
+                                                           {"field", &config.field}};
     for (const auto& [name, wanted] : kinds) *wanted = false;
     for (const auto& proxy : proxies) {
       const auto kind = std::find_if(kinds.begin(), kinds.end(),
@@ -115,6 +117,22 @@ void readSliced(ConfigReader reader, Config& config) {
   if (!std::has_single_bit(unsigned(sliced.levels))) {
     reader.fail("levels", fmt::format("{} is none of 16, 32, 64, 128", sliced.levels));
   }
+  reader.rejectUnknownKeys();
+}
+
+void readReducedField(ConfigReader reader, Config& config) {
+  reader.readInteger("reduction", 1, 16, config.fieldReduction);
+  reader.readPositive("tolerance", config.fieldTolerance);
+  if (config.fieldTolerance >= 1.0) {
+    reader.fail("tolerance",
+                fmt::format("{} is no share of the field's range below 1", config.fieldTolerance));
+  }
+  if (double error = 0.0; reader.has("absolute_tolerance")) {
+    reader.readPositive("absolute_tolerance", error);
+    if (reader.has("tolerance")) reader.fail("absolute_tolerance", "tolerance is given as well");
+    config.fieldAbsoluteError = error;
+  }
+  if (!config.field) reader.fail("tolerance", "[image] proxies does not name \"field\"");
   reader.rejectUnknownKeys();
 }
 
@@ -349,6 +367,7 @@ Config configFromText(const std::string& text, const std::string& origin) {
   if (auto reader = root.table("image")) readImage(*reader, config);
   if (auto reader = root.table("layered")) readLayered(*reader, config);
   if (auto reader = root.table("sliced")) readSliced(*reader, config);
+  if (auto reader = root.table("reduced_field")) readReducedField(*reader, config);
   if (auto reader = root.table("trigger")) readTrigger(*reader, config.trigger);
   std::set<std::string> viewNames;
   for (auto& reader : root.tables("view")) {
@@ -362,6 +381,9 @@ Config configFromText(const std::string& text, const std::string& origin) {
     if (std::any_of(config.views.begin(), config.views.end(), perspective)) {
       root.fail("sliced", "stacks = \"views\" needs orthographic views: one is perspective");
     }
+  }
+  if (config.field && viewNames.contains(kFieldView)) {
+    root.fail("view", fmt::format("the name \"{}\" is that of stored fields", kFieldView));
   }
   for (auto& reader : root.tables("field")) config.fields.push_back(readField(reader));
   root.rejectUnknownKeys();

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "adaptor/adaptor_error.h"
+#include "adaptor/field_assembly.h"
 #include "adaptor/preview.h"
 #include "adaptor/stopwatch.h"
 #include "proxy/exr_threads.h"
@@ -140,7 +141,24 @@ std::vector<EncodedProxy> StepMarcher::march(const StepFrame& frame, const StepF
     times.encode += watch.seconds();
   }
   if (config_.sliced) marchStacks(frame, field, threads, times, proxies);
+  // Last, so that the archive's first view is one that has pictures.
+  if (config_.field) proxies.push_back(reducedField(frame, field, threads, times));
   return proxies;
+}
+
+EncodedProxy StepMarcher::reducedField(const StepFrame& frame, const StepField& field, int threads,
+                                       StepTimes& times) const {
+  const Stopwatch watch;
+  FieldSamples samples = assembleField(field.plan, *frame.blocks, field.statistics, threads);
+  const double range = samples.high - samples.low;
+  const FieldReduction reduction{
+      config_.fieldReduction, config_.fieldAbsoluteError.value_or(config_.fieldTolerance * range)};
+  times.ingest += watch.seconds();
+  const Stopwatch encoding;
+  auto proxy = encodeProxy(fieldImage(headerFor(config_, frame, field, frame.views.front()),
+                                      std::move(samples), reduction));
+  times.encode += encoding.seconds();
+  return proxy;
 }
 
 void StepMarcher::upload(const StepFrame& frame, const StepField& field, int block, int threads,

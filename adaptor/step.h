@@ -48,6 +48,8 @@ class StepMarcher {
                                   StepTimes& times);
 
  private:
+  EncodedProxy reducedField(const StepFrame& frame, const StepField& field, int threads,
+                            StepTimes& times) const;
   void upload(const StepFrame& frame, const StepField& field, int block, int threads,
               StepTimes& times);
   /// What rays gather in all blocks.

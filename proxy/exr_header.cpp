@@ -239,6 +239,7 @@ void setProxyAttributes(Imf::Header& header, const ProxyHeader& proxy) {
   }
   if (!proxy.isovalues.empty()) write.numbers("vestige:isovalues", proxy.isovalues);
   if (!proxy.slabDepths.empty()) write.numbers("vestige:slabDepths", proxy.slabDepths);
+  if (proxy.grid) write.text("vestige:grid", toJson(*proxy.grid).dump());
   write.text("vestige:shading", proxy.shading);
   write.text("vestige:statistics", withSpelledNonFinites(toJson(proxy.statistics)).dump());
   write.text("vestige:provenance", proxy.provenance);
@@ -297,6 +298,8 @@ ProxyHeader proxyHeaderFrom(const Imf::Header& header) try {
   proxy.slabDepths = read.numbers("vestige:slabDepths");
   if (proxy.slabDepths.size() > std::size_t(ExrLimits::kParts))
     refuse(fmt::format("it has {} depths of slabs", proxy.slabDepths.size()));
+  if (std::string grid = read.text("vestige:grid"); !grid.empty())
+    proxy.grid = fieldGridFromJson(json::parse(grid));
   proxy.shading = read.text("vestige:shading");
   if (proxy.isovalues.size() > std::size_t(ExrLimits::kParts))
     refuse(fmt::format("it has {} isovalues", proxy.isovalues.size()));

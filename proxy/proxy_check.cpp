@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "proxy/error.h"
+#include "proxy/field_layout.h"
 #include "proxy/layered_layout.h"
 #include "proxy/proxy_layout.h"
 #include "proxy/sliced_stack.h"
@@ -59,6 +60,7 @@ Rule ruleFor(const ProxyHeader& header, const ProxyPart& part, const std::string
     const double slack = part.error + kComputed * (range.high - range.low);
     return {"a depth within the domain or 0", range.low - slack, range.high + slack, 0.0f};
   }
+  if (channel == "byte") return {"a byte", 0.0, 255.0, {}, true};
   if (part.name == "tau") return {"an optical depth 0 .. 64", 0.0, 64.0, {}};
   if (part.name == "state") return {"0, 1 or 2", 0.0, 2.0, {}, true};
   if (channel == "A") return {"an opacity", 0.0, fraction, {}};
@@ -117,6 +119,8 @@ class Checker {
       checkSingle("reference", {"R", "G", "B", "A"});
     else if (kind == kind::kLayered)
       checkLayered();
+    else if (kind == kind::kField)
+      checkField();
     else
       report("its kind '{}' is unknown", kind);
     return std::move(problems_);
@@ -270,6 +274,25 @@ class Checker {
              if (state[i] == 0.0f) return v == 0.0f;
              return b == 0 || v > boundaries->channels[b - 1].values[i];
            });
+  }
+
+  void checkField() {
+    const bool gaps = image_.find("nodata");
+    requireParts(gaps ? 2 : 1);
+    if (!partWith("zfp", {"byte"}) || (gaps && !partWith("nodata", {"byte"}))) return;
+    try {
+      const FieldSamples field = fieldSamples(image_);
+      const FieldGrid& grid = *image_.header.grid;
+      const double slack = grid.tolerance / (grid.high - grid.low) + kComputed;
+      for (const float value : field.values) {
+        if (!(value < -slack || value > 1.0 + slack)) continue;
+        report("a sample is {}, beyond the field's {} .. {}",
+               grid.low + double(value) * (grid.high - grid.low), grid.low, grid.high);
+        return;
+      }
+    } catch (const Error& e) {
+      report("{}", e.what());
+    }
   }
 
   /// A kind of one part whose values have ranges and nothing else.

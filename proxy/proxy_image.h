@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "proxy/camera.h"
+#include "proxy/field_grid.h"
 #include "proxy/interval_partition.h"
 #include "proxy/statistics.h"
 #include "proxy/transfer_function.h"
@@ -24,6 +25,7 @@ inline constexpr std::string_view kMip = "mip";
 inline constexpr std::string_view kReference = "reference";
 inline constexpr std::string_view kLayered = "layered";
 inline constexpr std::string_view kSliced = "sliced";
+inline constexpr std::string_view kField = "field";
 }  // namespace kind
 
 /// Everything that a proxy says of itself; the EXR attributes of docs/archive-format.md.
@@ -41,6 +43,7 @@ struct ProxyHeader {
   std::optional<TransferFunction> base;        ///< the run's base transfer function
   std::vector<double> isovalues;               ///< depth: one per layer
   std::vector<double> slabDepths;              ///< sliced: planar, rising; one more than slabs
+  std::optional<FieldGrid> grid;               ///< field
   std::string shading;                         ///< layered: the light that its colours hold
   FieldStatistics statistics;
   std::string provenance;  ///< "vestige 0.1.0; ..." free text
@@ -82,6 +85,9 @@ struct Channel {
 ///                             values under the upper bound of that channel; nodata: share
 ///                             without data; low, high: place of the lowest and highest
 ///                             rank's mean depth in the slab, 0 = at a face;             half
+/// field        zfp            byte: the compressed samples, one byte a pixel, row by row;   half
+///              nodata         byte: a bit a sample, low bits first, 1 = no data; absent
+///                             where every sample has data;                              half
 /// A part's values are stored divided by `unit` after subtracting `zero`; readers undo it, so
 /// in memory every channel is in the unit that the table gives and ℓ, z̄ are world units. Where
 /// zero != 0 a stored 0 means missing and is 0 in memory. proxy_layout.h makes parts whose values

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "proxy/error.h"
+#include "proxy/field_layout.h"
 
 namespace vestige {
 namespace {
@@ -116,7 +117,9 @@ json archiveInfo(const Archive& archive) {
     if (found == fieldRows.end() || intervals) fieldRows[row.field] = row;
   }
   info["views"] = json::array();
+  info["storedFields"] = json::array();
   for (const std::string& view : archive.views()) {
+    if (viewRows.at(view).proxy == kind::kField) continue;
     const ProxyHeader header = archive.open(viewRows.at(view)).header();
     info["views"].push_back({{"name", view},
                              {"size", {header.size.width, header.size.height}},
@@ -125,6 +128,20 @@ json archiveInfo(const Archive& archive) {
   info["fields"] = json::array();
   for (const std::string& field : archive.fields()) {
     info["fields"].push_back(fieldInfo(archive.open(fieldRows.at(field)).header()));
+  }
+  for (const std::string& field : archive.fields()) {
+    const ArchiveRow* row =
+        archive.cycles().empty()
+            ? nullptr
+            : archive.find(archive.cycles().back(), kFieldView, field, kind::kField);
+    if (!row) continue;
+    const ProxyHeader header = archive.open(*row).header();
+    if (!header.grid) continue;
+    const auto& axes = header.grid->axes;
+    info["storedFields"].push_back({{"name", field},
+                                    {"samples", {axes[0].count, axes[1].count, axes[2].count}},
+                                    {"reduction", header.grid->reduction},
+                                    {"tolerance", header.grid->tolerance}});
   }
   info["proxies"] = json::array();
   std::uint64_t bytes = 0;
@@ -171,6 +188,12 @@ std::string infoText(const json& info) {
                           bounds.front().get<double>(), bounds.back().get<double>());
     }
     text += "\n";
+  }
+  for (const json& stored : info["storedFields"]) {
+    text += fmt::format("  stored field {}: {} x {} x {} samples, reduced by {}, within {:.3g}\n",
+                        stored["name"].get<std::string>(), stored["samples"][0].dump(),
+                        stored["samples"][1].dump(), stored["samples"][2].dump(),
+                        stored["reduction"].dump(), stored["tolerance"].get<double>());
   }
   for (const json& proxy : info["proxies"]) {
     text +=

@@ -47,6 +47,29 @@ void validateFunction(const Look& look) {
   }
 }
 
+void validateGrid(const Look& look) {
+  if (look.isosurfaces.size() > 8) {
+    throw Error(ErrorCode::Config, "look key 'isosurfaces' holds " +
+                                       std::to_string(look.isosurfaces.size()) +
+                                       " surfaces, at most 8");
+  }
+  for (const OpacityPoint& point : look.isosurfaces) {
+    require(std::isfinite(point.value), "isosurfaces", point.value, "finite");
+    requireRange("isosurfaces", point.opacity, 0.0, 1.0);
+  }
+  if (look.slice) {
+    for (int i = 0; i < 4; ++i) {
+      require(std::isfinite((*look.slice)[i]), "slice", (*look.slice)[i], "finite");
+    }
+    require(glm::length(glm::dvec3(*look.slice)) > 0.0, "slice", 0.0, "a normal of some length");
+  }
+  for (int i = 0; look.clip && i < 3; ++i) {
+    const double low = look.clip->low[i], high = look.clip->high[i];
+    require(std::isfinite(low) && std::isfinite(high) && low < high, "clip", high,
+            "finite and above the low corner");
+  }
+}
+
 void validateLight(const Look& look) {
   if (look.lights.size() > 8) {
     throw Error(ErrorCode::Config, "look key 'lights' holds " + std::to_string(look.lights.size()) +
@@ -77,6 +100,7 @@ void Look::validate() const {
   requireRange("rotate", rotate.azimuth, -360.0, 360.0);
   requireRange("rotate", rotate.elevation, -360.0, 360.0);
   requireRange("rotate", rotate.roll, -360.0, 360.0);
+  validateGrid(*this);
   validateFunction(*this);
   validateLight(*this);
   requireRange("ao.strength", ao.strength, 0.0, 10.0);

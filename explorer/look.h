@@ -2,12 +2,14 @@
 #pragma once
 
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "proxy/box.h"
 #include "proxy/camera.h"
 #include "proxy/transfer_function.h"
 
@@ -23,9 +25,12 @@ enum class Order { Auto, Runs, Mean };
 inline constexpr std::size_t kRunsPixels = 512 * 512;
 enum class NormalSource { Stored, Depth };
 /// What the picture is made of: the intervals (volume) or warped depth layers; MIP; the run's own
-/// reference rendering; piecewise-analytic layers (layered). Auto: volume at a stored view, layers
-/// when rotated; layered where nothing else can answer.
-enum class Source { Auto, Volume, Layers, Mip, Reference, Layered };
+/// reference rendering; piecewise-analytic layers (layered); the stored field. Auto: volume at a
+/// stored view, layers when rotated; layered, else the field, where nothing else can answer.
+enum class Source { Auto, Volume, Layers, Mip, Reference, Layered, Field };
+/// What is drawn of a source that is a grid (fields): emission and absorption, surfaces of equal
+/// value, the greatest value along each ray, or a plane.
+enum class Draw { Volume, Isosurface, Mip, Slice };
 
 /// Degrees in the viewer's frame: 0,0 shines from the viewer, azimuth 90 from the right, elevation
 /// 90 from above.
@@ -77,6 +82,10 @@ struct Look {
   Source source = Source::Auto;
   std::optional<ImageSize> size;  ///< empty: as stored
   Rotation rotate;
+  Draw draw = Draw::Volume;
+  std::vector<OpacityPoint> isosurfaces;  ///< at most 8; empty: opaque, at the peaks of opacity
+  std::optional<glm::dvec4> slice;  ///< dot(slice.xyz, x) = slice.w; empty: through the middle
+  std::optional<Box> clip;          ///< world; what is outside is not drawn
 
   std::optional<std::vector<OpacityPoint>> opacity;  ///< empty: the run's base
   std::optional<double> referenceLength;
@@ -96,6 +105,8 @@ struct Look {
   Annotations annotations;
   std::optional<glm::dvec3> background = glm::dvec3(0.0);  ///< sRGB; empty: transparent
 
+  /// Whether only a grid can show it.
+  bool needsGrid() const { return draw != Draw::Volume || clip.has_value(); }
   /// Throws Config naming the key unless every value is in its stated range.
   void validate() const;
   friend bool operator==(const Look&, const Look&) = default;

@@ -42,7 +42,7 @@ struct LookGrid {
   double scale = 1.0;                 ///< optics: extinction of a texel of 1, 1 / world unit
   double valueUnit = 1.0;             ///< scalar: value = texel * unit + zero
   double valueZero = 0.0;
-  std::optional<gl::Texture> guess;  ///< R8, 3-D, filtered, any size: share of guess of a cell
+  std::optional<gl::Texture> guess;    ///< R8, 3-D, filtered, any size: share of guess of a cell
   std::optional<gl::Texture> normals;  ///< RGBA8, VolumePass::findNormals
   /// R8UI, one texel a brick: 0 = has something to show; n = so many bricks around it, itself
   /// counted as the first, have nothing, in every direction.

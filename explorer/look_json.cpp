@@ -22,7 +22,12 @@ const Names<NormalSource> kNormals{{"stored", NormalSource::Stored},
                                    {"depth", NormalSource::Depth}};
 const Names<Source> kSources{{"auto", Source::Auto},           {"volume", Source::Volume},
                              {"layers", Source::Layers},       {"mip", Source::Mip},
-                             {"reference", Source::Reference}, {"layered", Source::Layered}};
+                             {"reference", Source::Reference}, {"layered", Source::Layered},
+                             {"field", Source::Field}};
+const Names<Draw> kDraws{{"volume", Draw::Volume},
+                         {"isosurface", Draw::Isosurface},
+                         {"mip", Draw::Mip},
+                         {"slice", Draw::Slice}};
 
 template <typename Enum>
 const char* nameOf(const Names<Enum>& names, Enum value) {
@@ -70,18 +75,32 @@ void readStep(JsonObject& object, Look& look) {
   if (!rotate.empty()) look.rotate = {rotate[0], rotate[1], rotate[2]};
 }
 
-void readFunction(JsonObject& object, Look& look) {
-  if (const json* points = object.find("opacity")) {
-    if (!points->is_array()) object.fail("opacity", "must be a list of [value, opacity] pairs");
-    look.opacity.emplace();
-    for (const json& point : *points) {
-      if (!point.is_array() || point.size() != 2 || !point[0].is_number() ||
-          !point[1].is_number()) {
-        object.fail("opacity", "holds " + point.dump() + ", not a [value, opacity] pair");
-      }
-      look.opacity->push_back({point[0].get<double>(), point[1].get<double>()});
+std::optional<std::vector<OpacityPoint>> readPoints(JsonObject& object, const char* key) {
+  const json* points = object.find(key);
+  if (!points) return std::nullopt;
+  if (!points->is_array()) object.fail(key, "must be a list of [value, opacity] pairs");
+  std::vector<OpacityPoint> result;
+  for (const json& point : *points) {
+    if (!point.is_array() || point.size() != 2 || !point[0].is_number() || !point[1].is_number()) {
+      object.fail(key, "holds " + point.dump() + ", not a [value, opacity] pair");
     }
+    result.push_back({point[0].get<double>(), point[1].get<double>()});
   }
+  return result;
+}
+
+void readGrid(JsonObject& object, Look& look) {
+  object.readName("draw", kDraws, look.draw);
+  look.isosurfaces = readPoints(object, "isosurfaces").value_or(std::vector<OpacityPoint>{});
+  std::vector<double> slice, clip;
+  readFixed(object, "slice", 4, slice);
+  if (!slice.empty()) look.slice = glm::dvec4(slice[0], slice[1], slice[2], slice[3]);
+  readFixed(object, "clip", 6, clip);
+  if (!clip.empty()) look.clip = Box{{clip[0], clip[1], clip[2]}, {clip[3], clip[4], clip[5]}};
+}
+
+void readFunction(JsonObject& object, Look& look) {
+  look.opacity = readPoints(object, "opacity");
   if (object.find("referenceLength")) {
     double length = 0.0;
     object.read("referenceLength", length);
@@ -178,6 +197,15 @@ json toJson(const Look& look) {
   if (look.size) result["size"] = {look.size->width, look.size->height};
   result["rotate"] = {look.rotate.azimuth, look.rotate.elevation, look.rotate.roll};
   result["source"] = nameOf(kSources, look.source);
+  if (look.draw != Draw::Volume) result["draw"] = nameOf(kDraws, look.draw);
+  for (const OpacityPoint& point : look.isosurfaces) {
+    result["isosurfaces"].push_back({point.value, point.opacity});
+  }
+  if (look.slice) result["slice"] = {look.slice->x, look.slice->y, look.slice->z, look.slice->w};
+  if (look.clip) {
+    const auto &low = look.clip->low, &high = look.clip->high;
+    result["clip"] = {low.x, low.y, low.z, high.x, high.y, high.z};
+  }
   result["via"] = nameOf(kVias, look.via);
   result["order"] = nameOf(kOrders, look.order);
   result["shading"] = nameOf(kShadings, look.shading);
@@ -208,6 +236,7 @@ Look lookFromJson(const json& source) {
   Look look;
   JsonObject object(source, "");
   readStep(object, look);
+  readGrid(object, look);
   readFunction(object, look);
   readShading(object, look);
   readPresentation(object, look);

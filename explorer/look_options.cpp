@@ -67,7 +67,11 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
   command.add_option("--view", view_, "Stored view (default: the first)");
   command.add_option("--rotate", rotate_, "Orbit by AZ,EL[,ROLL] degrees");
   command.add_option("--size", size_, "Picture size WxH (default: as stored)");
-  command.add_option("--source", source_, "auto, volume, layers, mip, reference, layered");
+  command.add_option("--source", source_, "auto, volume, layers, mip, reference, layered, field");
+  command.add_option("--draw", draw_, "Of a field: volume, isosurface, mip, slice");
+  command.add_option("--isosurfaces", isosurfaces_, "Surfaces of equal value 'v:o,v:o,...'");
+  command.add_option("--slice", slice_, "Plane NX,NY,NZ,D: the points with n . x = D");
+  command.add_option("--clip", clip_, "Draw only X0,Y0,Z0,X1,Y1,Z1 in world units");
   command.add_option("--opacity", opacity_, "Opacity per reference length 'v:o,v:o,...'");
   command.add_option("--reference-length", referenceLength_, "World length of these opacities");
   command.add_option("--factors", factors_, "One opacity factor an interval '1,0,2,...'");
@@ -117,6 +121,19 @@ Look LookOptions::look() const {
   text("--field", "field", field_);
   text("--view", "view", view_);
   text("--source", "source", source_);
+  text("--draw", "draw", draw_);
+  if (given("--isosurfaces")) {
+    json["isosurfaces"] = nlohmann::json::array();
+    for (const OpacityPoint& point : opacityFromText(isosurfaces_)) {
+      json["isosurfaces"].push_back({point.value, point.opacity});
+    }
+    if (!given("--draw")) json["draw"] = "isosurface";
+  }
+  if (given("--slice")) {
+    json["slice"] = numbersFromText("--slice", slice_, 4, 4);
+    if (!given("--draw")) json["draw"] = "slice";
+  }
+  if (given("--clip")) json["clip"] = numbersFromText("--clip", clip_, 6, 6);
   text("--colormap", "colormap", colormap_);
   text("--via", "via", via_);
   text("--order", "order", order_);

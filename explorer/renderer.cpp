@@ -138,6 +138,10 @@ struct Renderer::Impl {
   void drawLayers(const Look& look, ViewData& view, const TransferFunction& function,
                   Rendered& out);
   void drawLayered(const Look& look, ViewData& view, Rendered& out);
+  /// Whether a grid answers instead of the view's own proxies.
+  bool fieldAnswers(const Look& look, long cycle, const std::string& field, const ViewData& base,
+                    const Camera& target) const;
+  void drawField(const Look& look, ViewData& stored, ImageSize viewSize, Rendered& out);
   void draw(const Look& look, ViewData& view, const TransferFunction& function, Rendered& out);
   ChannelTable tableOf(Via via, ViewData& view, const TransferFunction& function) const;
   Via viaOf(const Look& look, ViewData& view, Rendered& out) const;
@@ -297,6 +301,46 @@ void Renderer::Impl::drawLayered(const Look& look, ViewData& view, Rendered& out
   }
 }
 
+bool Renderer::Impl::fieldAnswers(const Look& look, long cycle, const std::string& field,
+                                  const ViewData& base, const Camera& target) const {
+  const bool there = archive->find(cycle, kFieldView, field, kind::kField) != nullptr;
+  const auto missing = [&](const std::string& key) {
+    throw Error(ErrorCode::NotFound, "look key '" + key + "' needs a stored field, cycle " +
+                                         std::to_string(cycle) + " has none of '" + field + "'");
+  };
+  if (look.source == Source::Field && !there) missing("source");
+  if (look.needsGrid()) {
+    const char* key = look.clip ? "clip" : "draw";
+    if (!there) missing(key);
+    if (look.source != Source::Auto && look.source != Source::Field) {
+      throw Error(ErrorCode::Config,
+                  std::string("look key '") + key + "' needs source auto or field");
+    }
+    return true;
+  }
+  if (look.source != Source::Auto || !there) return look.source == Source::Field;
+  const bool stored = target == base.header().camera;
+  const bool layers = base.has(kind::kDepth) || base.has(kind::kLength);
+  const bool layered = base.has(kind::kLayered);
+  const bool pictures = layers || layered || base.has(kind::kAttenuation) ||
+                        base.has(kind::kReference) || base.has(kind::kMip);
+  return stored ? !pictures : !layers && !layered;
+}
+
+void Renderer::Impl::drawField(const Look& look, ViewData& stored, ImageSize viewSize,
+                               Rendered& out) {
+  const ProxyHeader& header = stored.header();
+  const IntervalPartition* partition = stored.partition();
+  const ImageSize size = look.size.value_or(viewSize);
+  FieldSource& source = stored.field();
+  VolumeView view = source.draw(look, functionOf(look, header, partition),
+                                fittedCamera(out.camera, viewSize, size), size);
+  out.picture = std::move(view.picture);
+  out.depth = std::move(view.depth);
+  if (look.trust) out.trust = trustFromStretch(view.guess, out.picture);
+  out.notes.push_back(source.note());
+}
+
 void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFunction& function,
                           Rendered& out) {
   const bool volume = view.has(kind::kLength) || view.has(kind::kAttenuation);
@@ -381,10 +425,17 @@ Rendered Renderer::render(const Look& look) {
                      ? stored
                      : stored.orbited(base.header().domain.center(), radians(look.rotate.azimuth),
                                       radians(look.rotate.elevation), radians(look.rotate.roll));
-    ViewData& view = self.sourceFor(look, cycle, field, base, out.camera, out);
+    const bool fromField = self.fieldAnswers(look, cycle, field, base, out.camera);
+    ViewData& view = fromField ? self.views->get(cycle, kFieldView, field)
+                               : self.sourceFor(look, cycle, field, base, out.camera, out);
     const ProxyHeader& header = view.header();
     const TransferFunction function = functionOf(look, header, view.partition());
-    self.draw(look, view, function, out);
+    const ImageSize viewSize = (fromField ? base : view).header().size;
+    if (fromField) {
+      self.drawField(look, view, viewSize, out);
+    } else {
+      self.draw(look, view, function, out);
+    }
     if (!out.trust.empty()) {
       out.shares = sharesOf(out.trust, out.picture);
       overlayTrust(out.picture, out.trust);
@@ -393,7 +444,7 @@ Rendered Renderer::render(const Look& look) {
     }
     const ImageSize size = look.size.value_or(out.picture.size);
     out.picture = fitted(out.picture, size);
-    out.camera = fittedCamera(out.camera, header.size, size);
+    out.camera = fittedCamera(out.camera, viewSize, size);
     const AnnotationSubject subject{out.camera,   header.domain, &function,   header.field,
                                     header.units, header.time,   header.cycle};
     if (look.annotations.box) {

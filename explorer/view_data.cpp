@@ -8,8 +8,9 @@
 namespace vestige {
 namespace {
 
-constexpr std::array<std::string_view, 6> kKinds{
-    kind::kLength, kind::kAttenuation, kind::kDepth, kind::kReference, kind::kMip, kind::kLayered};
+constexpr std::array<std::string_view, 7> kKinds{
+    kind::kLength, kind::kAttenuation, kind::kDepth, kind::kReference,
+    kind::kMip,    kind::kLayered,     kind::kField};
 
 }  // namespace
 
@@ -19,7 +20,8 @@ ViewData::ViewData(const Archive& archive, long cycle, std::string view, std::st
   for (std::string_view name : kKinds) {
     const ArchiveRow* row = archive_.find(cycle_, view_, field_, name);
     if (!row) continue;
-    const ProxyHeader header = archive_.open(*row).header();
+    ProxyHeader header = archive_.open(*row).header();
+    if (name == kind::kField) header.size = ImageSize{};  // its file's picture is a stream of bytes
     if (!found) header_ = header;
     found = true;
     if (header.partition) {
@@ -50,6 +52,11 @@ const ArchiveRow& ViewData::row(std::string_view proxy) const {
 
 ProxyImage ViewData::image(std::string_view proxy) const {
   return readImage(archive_.open(row(proxy)));
+}
+
+FieldSource& ViewData::field() {
+  if (!fieldSource_) fieldSource_ = std::make_unique<FieldSource>(image(kind::kField));
+  return *fieldSource_;
 }
 
 const IntervalPartition* ViewData::partition() const { return partition_ ? &*partition_ : nullptr; }

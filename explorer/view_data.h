@@ -8,6 +8,7 @@
 #include <string>
 
 #include "explorer/edit_pass.h"
+#include "explorer/field_source.h"
 #include "explorer/layer_pass.h"
 #include "explorer/layered_pass.h"
 #include "explorer/layers.h"
@@ -35,6 +36,7 @@ class ViewData {
   const IntervalPartition* partition() const;
   const LayeredTextures& layered();
   ProxyImage image(std::string_view proxy) const;
+  FieldSource& field();
 
  private:
   const ArchiveRow& row(std::string_view proxy) const;
@@ -50,6 +52,7 @@ class ViewData {
   std::map<std::pair<Via, Order>, std::unique_ptr<PieceTextures>> pieces_;
   std::unique_ptr<LayerTextures> layers_;
   std::unique_ptr<LayeredTextures> layered_;
+  std::unique_ptr<FieldSource> fieldSource_;
   std::vector<int> layerOf_;
   std::vector<double> isovalues_;
 };

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/field_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "explorer/parallel.h"
+
+namespace vestige {
+namespace {
+
+constexpr int kMostFiner = 4;
+
+/// For each sample of an even axis, the sample of an uneven one before it and the share of the
+/// next.
+struct Place {
+  int before = 0;
+  float share = 0.0f;
+};
+
+FieldAxis evenAxis(const FieldAxis& axis) {
+  if (axis.nodes.empty() || axis.count == 1) return {axis.count, axis.at(0), 1.0, {}};
+  double finest = std::numeric_limits<double>::infinity();
+  for (int i = 1; i < axis.count; ++i) finest = std::min(finest, axis.at(i) - axis.at(i - 1));
+  const double extent = axis.nodes.back() - axis.nodes.front();
+  const double wanted = std::min(std::ceil(extent / finest), double(kMostFiner) * axis.count);
+  const int count = std::max(2, int(wanted) + 1);
+  return {count, axis.nodes.front(), extent / (count - 1), {}};
+}
+
+std::vector<Place> placesOf(const FieldAxis& from, const FieldAxis& to) {
+  std::vector<Place> places(std::size_t(to.count));
+  int before = 0;
+  for (int i = 0; i < to.count; ++i) {
+    const double x = to.at(i);
+    while (before + 2 < from.count && from.at(before + 1) <= x) ++before;
+    if (from.count > 1) {
+      const double share = (x - from.at(before)) / (from.at(before + 1) - from.at(before));
+      places[std::size_t(i)] = {before, float(std::clamp(share, 0.0, 1.0))};
+    }
+  }
+  return places;
+}
+
+}  // namespace
+
+FieldSamples evenlySampled(FieldSamples field) {
+  if (std::all_of(field.axes.begin(), field.axes.end(),
+                  [](const FieldAxis& axis) { return axis.nodes.empty(); })) {
+    return field;
+  }
+  FieldSamples even{{}, field.low, field.high, {}};
+  std::array<std::vector<Place>, 3> places;
+  for (std::size_t a = 0; a < 3; ++a) {
+    even.axes[a] = field.axes[a].nodes.empty() ? field.axes[a] : evenAxis(field.axes[a]);
+    places[a] = placesOf(field.axes[a], even.axes[a]);
+  }
+  const std::size_t nx = places[0].size(), ny = places[1].size(), nz = places[2].size();
+  const std::size_t fromX = std::size_t(field.axes[0].count),
+                    fromY = std::size_t(field.axes[1].count);
+  even.values.resize(nx * ny * nz);
+  // A sample without data weighs only where its share does.
+  const auto mix = [](float a, float b, float share) {
+    return share <= 0.0f ? a : share >= 1.0f ? b : a + share * (b - a);
+  };
+  parallelRanges(int(nz), [&](int begin, int end) {
+    for (int z = begin; z < end; ++z) {
+      const Place pz = places[2][std::size_t(z)];
+      for (std::size_t y = 0; y < ny; ++y) {
+        const Place py = places[1][y];
+        for (std::size_t x = 0; x < nx; ++x) {
+          const Place px = places[0][x];
+          const auto row = [&](int j, int k) {
+            const float* values = field.values.data() +
+                                  (std::size_t(k) * fromY + std::size_t(j)) * fromX +
+                                  std::size_t(px.before);
+            return px.share > 0.0f ? mix(values[0], values[1], px.share) : values[0];
+          };
+          const auto plane = [&](int k) {
+            return py.share > 0.0f ? mix(row(py.before, k), row(py.before + 1, k), py.share)
+                                   : row(py.before, k);
+          };
+          even.values[(std::size_t(z) * ny + y) * nx + x] =
+              pz.share > 0.0f ? mix(plane(pz.before), plane(pz.before + 1), pz.share)
+                              : plane(pz.before);
+        }
+      }
+    }
+  });
+  return even;
+}
+
+FieldSource::FieldSource(const ProxyImage& image) : header_(image.header) {
+  const FieldSamples field = evenlySampled(fieldSamples(image));
+  glm::ivec3 size;
+  glm::dmat4 worldFromGrid(1.0);
+  glm::dvec3 low, high;
+  for (int a = 0; a < 3; ++a) {
+    const FieldAxis& axis = field.axes[std::size_t(a)];
+    const double from = header_.domain.low[a], to = header_.domain.high[a];
+    size[a] = axis.count;
+    // One sample fills the domain.
+    const bool one = axis.count == 1;
+    const double origin = one ? from : axis.first - 0.5 * axis.spacing;
+    const double extent = one ? std::max(to - from, 1e-300) : axis.count * axis.spacing;
+    worldFromGrid[a][a] = extent;
+    worldFromGrid[3][a] = origin;
+    low[a] = (from - origin) / extent;
+    high[a] = (to - origin) / extent;
+  }
+  grid_ = LookGrid::scalar(size, worldFromGrid, field.values);
+  grid_.low = low;
+  grid_.high = high;
+  grid_.valueZero = field.low + grid_.valueZero * (field.high - field.low);
+  grid_.valueUnit *= field.high - field.low;
+}
+
+VolumeView FieldSource::draw(const Look& look, const TransferFunction& function,
+                             const Camera& camera, ImageSize size) {
+  const IntervalPartition* partition = header_.partition ? &*header_.partition : nullptr;
+  return painter_.draw(grid_, look, function, partition, header_.domain, camera, size);
+}
+
+std::string FieldSource::note() const {
+  const FieldGrid& grid = *header_.grid;
+  return fmt::format("field answers: {} x {} x {} samples{}, each within {:.3g}{} of {}",
+                     grid.axes[0].count, grid.axes[1].count, grid.axes[2].count,
+                     grid.reduction > 1 ? fmt::format(", means of {}^3", grid.reduction) : "",
+                     grid.tolerance, header_.units.empty() ? "" : " " + header_.units,
+                     grid.reduction > 1 ? "the mean" : "the run's");
+}
+
+}  // namespace vestige

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "explorer/grid_painter.h"
+#include "proxy/field_layout.h"
+
+namespace vestige {
+
+/// A stored field (kind "field") on the GPU. Uneven axes are resampled to even ones as fine as
+/// their finest spacing, with up to four times as many samples. Made, used and destroyed in
+/// Device::run.
+class FieldSource {
+ public:
+  /// Throws Format for a proxy that does not decode, Gl for a grid that OpenGL cannot hold.
+  explicit FieldSource(const ProxyImage& image);
+
+  const ProxyHeader& header() const { return header_; }
+  VolumeView draw(const Look& look, const TransferFunction& function, const Camera& camera,
+                  ImageSize size);
+  /// What it is and how true, in a sentence.
+  std::string note() const;
+
+ private:
+  ProxyHeader header_;
+  LookGrid grid_;
+  GridPainter painter_;
+};
+
+/// Fields with uneven axes on even ones, trilinear; others as they are.
+FieldSamples evenlySampled(FieldSamples field);
+
+}  // namespace vestige

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/grid_painter.h"
+
+#include <nlohmann/json.hpp>
+
+#include "proxy/error.h"
+
+namespace vestige {
+namespace {
+
+VolumeMode modeOf(Draw draw) {
+  switch (draw) {
+    case Draw::Isosurface:
+      return VolumeMode::Isosurface;
+    case Draw::Mip:
+      return VolumeMode::Maximum;
+    case Draw::Slice:
+      return VolumeMode::Slice;
+    default:
+      return VolumeMode::Compositing;
+  }
+}
+
+/// The look's, or opaque ones where the function's opacity peaks.
+std::vector<Isosurface> surfacesOf(const Look& look, const TransferFunction& function) {
+  std::vector<Isosurface> surfaces;
+  for (const OpacityPoint& point : look.isosurfaces) {
+    surfaces.push_back({point.value, function.color(point.value), point.opacity});
+  }
+  if (!surfaces.empty()) return surfaces;
+  for (const double value : function.opacityPeaks()) {
+    if (surfaces.size() < kMaxIsosurfaces) surfaces.push_back({value, function.color(value), 1.0});
+  }
+  if (surfaces.empty()) {
+    throw Error(ErrorCode::Config,
+                "look key 'isosurfaces' is missing, and the opacity has no peak to take instead");
+  }
+  return surfaces;
+}
+
+}  // namespace
+
+OpticsTable::Optics opticsOf(const TransferFunction& function, const IntervalPartition* partition) {
+  return [function, partition](double value) {
+    double extinction = function.extinction(value);
+    if (partition && !function.factors().empty()) {
+      const int channel = partition->channelOf(value);
+      if (channel < partition->intervals()) extinction *= function.factors()[std::size_t(channel)];
+    }
+    return glm::dvec4(function.color(value) * extinction, extinction);
+  };
+}
+
+void GridPainter::forget() {
+  tableKey_.clear();
+  occlusionKey_.clear();
+  table_.reset();
+  occlusion_.reset();
+}
+
+void GridPainter::prepareScalar(LookGrid& grid, const Look& look, const TransferFunction& function,
+                                const IntervalPartition* partition, VolumeSetup& setup) {
+  if (look.draw == Draw::Isosurface) {
+    setup.isosurfaces = surfacesOf(look, function);
+    VolumePass::findBricks(grid, setup.isosurfaces);
+    tableKey_.clear();  // the bricks are the surfaces' now
+    table_.reset();
+    return;
+  }
+  const bool colors = look.draw != Draw::Volume;
+  const std::string key = (colors ? "colors " : "optics ") + toJson(function).dump();
+  if (!table_ || key != tableKey_) {
+    const double low = grid.valueZero, high = grid.valueZero + grid.valueUnit;
+    const auto flat = [&](double value) { return glm::dvec4(function.color(value), 1.0); };
+    table_.emplace(colors ? OpticsTable::Optics(flat) : opticsOf(function, partition), low, high);
+    VolumePass::findBricks(grid, *table_);
+    tableKey_ = key;
+    occlusion_.reset();
+  }
+  setup.table = &*table_;
+}
+
+VolumeView GridPainter::draw(LookGrid& grid, const Look& look, const TransferFunction& function,
+                             const IntervalPartition* partition, const Box& domain,
+                             const Camera& camera, ImageSize size) {
+  const bool scalar = grid.content == GridContent::Scalar;
+  if (!scalar && (look.draw == Draw::Isosurface || look.draw == Draw::Mip)) {
+    throw Error(ErrorCode::Config,
+                "look key 'draw': isosurfaces and MIP need values, this source holds optics");
+  }
+  VolumeSetup setup;
+  setup.camera = camera;
+  setup.size = size;
+  setup.mode = modeOf(look.draw);
+  setup.clip = look.clip;
+  if (look.slice) setup.plane = *look.slice;
+  if (look.draw == Draw::Slice && !look.slice) {
+    // Through the middle, across the longest look.
+    setup.plane = glm::dvec4(camera.forward, glm::dot(camera.forward, domain.center()));
+  }
+  setup.sliceThickness = function.referenceLength();
+  if (scalar) prepareScalar(grid, look, function, partition, setup);
+  const LightSetup light = lightSetup(look, camera, camera, domain.diagonal());
+  setup.light = &light;
+  if (light.shade && look.draw == Draw::Volume && !grid.normals) pass_.findNormals(grid);
+  if (look.ao.on && (look.draw == Draw::Volume || (look.draw == Draw::Isosurface && !scalar))) {
+    const std::string key = std::to_string(light.aoRadiusWorld);
+    if (!occlusion_ || key != occlusionKey_) {
+      occlusion_ = pass_.occlusion(grid, light.aoRadiusWorld, setup.table);
+      occlusionKey_ = key;
+    }
+    setup.occlusion = &*occlusion_;
+  }
+  return pass_.render(grid, setup);
+}
+
+}  // namespace vestige

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "explorer/look.h"
+#include "explorer/volume_pass.h"
+#include "proxy/transfer_function.h"
+
+namespace vestige {
+
+/// The optics of values under a transfer function, its factors on the partition's intervals
+/// included: (σ·c, σ).
+OpticsTable::Optics opticsOf(const TransferFunction& function,
+                             const IntervalPartition* partition = nullptr);
+
+/// Draws a grid as a look says: volume, isosurfaces, MIP or a slice, cut by its clip box, lit and
+/// occluded. Whatever source makes grids (fields, stacks) is drawn by it. Keeps tables and
+/// occlusion of the look that it drew last. Made, used and destroyed in Device::run.
+class GridPainter {
+ public:
+  /// `grid` belongs to the painter's caller and is always the same. `function` and `partition` are
+  /// for scalar grids. Throws Config naming the look's key when optics cannot be drawn so.
+  VolumeView draw(LookGrid& grid, const Look& look, const TransferFunction& function,
+                  const IntervalPartition* partition, const Box& domain, const Camera& camera,
+                  ImageSize size);
+  /// To be called when the texels of an optics grid have changed.
+  void forget();
+  VolumePass& pass() { return pass_; }
+
+ private:
+  void prepareScalar(LookGrid& grid, const Look& look, const TransferFunction& function,
+                     const IntervalPartition* partition, VolumeSetup& setup);
+
+  VolumePass pass_;
+  std::string tableKey_, occlusionKey_;
+  std::optional<OpticsTable> table_;
+  std::optional<OcclusionGrid> occlusion_;
+};
+
+}  // namespace vestige

@@ -321,10 +321,10 @@ bool Renderer::Impl::fieldAnswers(const Look& look, long cycle, const std::strin
   if (look.source != Source::Auto || !there) return look.source == Source::Field;
   const bool stored = target == base.header().camera;
   const bool layers = base.has(kind::kDepth) || base.has(kind::kLength);
-  const bool layered = base.has(kind::kLayered);
-  const bool pictures = layers || layered || base.has(kind::kAttenuation) ||
+  const bool baked = base.has(kind::kLayered);
+  const bool pictures = layers || baked || base.has(kind::kAttenuation) ||
                         base.has(kind::kReference) || base.has(kind::kMip);
-  return stored ? !pictures : !layers && !layered;
+  return stored ? !pictures : !layers && !baked;
 }
 
 void Renderer::Impl::drawField(const Look& look, ViewData& stored, ImageSize viewSize,

@@ -13,15 +13,20 @@
 
 namespace vestige::test {
 
-/// A whole scene, marched on the GPU as the adaptor does.
-inline RayImage marchOnGpu(Marcher& marcher, const Scene& scene, const MarchRequest& request) {
-  const double low = request.partition.low(), range = request.partition.high() - low;
+/// Uploads a whole scene as the adaptor does.
+inline void uploadScene(Marcher& marcher, const Scene& scene, const IntervalPartition& partition) {
+  const double low = partition.low(), range = partition.high() - low;
   const auto plane = std::size_t(scene.size[0]) * std::size_t(scene.size[1]);
   marcher.upload(scene.block(), [&](int z0, int z1, float* out) {
     for (std::size_t i = std::size_t(z0) * plane; i < std::size_t(z1) * plane; ++i) {
       *out++ = float((double(scene.values[i]) - low) / range);
     }
   });
+}
+
+/// A whole scene, marched on the GPU as the adaptor does.
+inline RayImage marchOnGpu(Marcher& marcher, const Scene& scene, const MarchRequest& request) {
+  uploadScene(marcher, scene, request.partition);
   return marcher.march(request);
 }
 

@@ -128,14 +128,7 @@ SlicedStack walkedStack(const Scene& scene, const Camera& camera, ImageSize size
   header.partition = partition;
   header.statistics.low = scene.low;
   header.statistics.high = scene.high;
-  double near = HUGE_VAL, far = -HUGE_VAL;
-  for (int i = 0; i < 8; ++i) {
-    const double z = glm::dot(header.domain.corner(i) - camera.position, camera.forward);
-    near = std::min(near, z);
-    far = std::max(far, z);
-  }
-  for (int s = 0; s <= slabs; ++s)
-    header.slabDepths.push_back(std::lerp(near, far, double(s) / slabs));
+  header.slabDepths = evenSlabs(camera, header.domain, slabs);
   return walkedStack(header, levels, [&](std::size_t pixel, const StretchSink& sink) {
     const auto width = std::size_t(size.width);
     const Ray ray =
@@ -144,6 +137,18 @@ SlicedStack walkedStack(const Scene& scene, const Camera& camera, ImageSize size
       sink({s0 * ray.depthPerLength, s1 * ray.depthPerLength, f0, f1});
     });
   });
+}
+
+std::vector<double> evenSlabs(const Camera& camera, const Box& domain, int slabs) {
+  double near = HUGE_VAL, far = -HUGE_VAL;
+  for (int i = 0; i < 8; ++i) {
+    const double z = glm::dot(domain.corner(i) - camera.position, camera.forward);
+    near = std::min(near, z);
+    far = std::max(far, z);
+  }
+  std::vector<double> depths;
+  for (int s = 0; s <= slabs; ++s) depths.push_back(std::lerp(near, far, double(s) / slabs));
+  return depths;
 }
 
 VoxelView voxelView(const Scene& scene, glm::dvec3 forward, glm::dvec3 up) {
@@ -161,7 +166,7 @@ VoxelView voxelView(const Scene& scene, glm::dvec3 forward, glm::dvec3 up) {
   view.size = {int(std::lround(extent[across] / pixel)) + 1,
                int(std::lround(extent[upward] / pixel)) + 1};
   // A hair narrower, so that rays through the outermost samples do not miss the domain by rounding.
-  view.camera.viewHeight = view.size.height * pixel * (1.0 - 1e-9);
+  view.camera.viewHeight = view.size.height * pixel * (1.0 - 1e-5);
   return view;
 }
 

@@ -28,6 +28,9 @@ SlicedStack walkedStack(const Scene& scene, const Camera& camera, ImageSize size
                         const IntervalPartition& partition, int slabs, int levels,
                         int samplesPerVoxel = 2);
 
+/// The faces of equal slabs between the least and greatest depth of a domain.
+std::vector<double> evenSlabs(const Camera& camera, const Box& domain, int slabs);
+
 /// A camera along an axis, forward = +/-1 of it, whose pixels stand on the samples of the two other
 /// axes, and its size.
 struct VoxelView {

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/stack_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "explorer/parallel.h"
+#include "explorer/run_profile.h"
+#include "proxy/error.h"
+
+namespace vestige {
+namespace {
+
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+
+glm::ivec3 sizeOf(const ProxyHeader& header) {
+  const ImageSize size = header.size;
+  if (size.pixels() > StackSamples::kMostCells) {
+    throw Error(ErrorCode::InvalidArgument,
+                "a grid of the stack in view '" + header.view + "' needs more than " +
+                    std::to_string(StackSamples::kMostCells) + " cells for its " +
+                    std::to_string(size.width) + " x " + std::to_string(size.height) + " pixels");
+  }
+  const double depth = header.slabDepths.back() - header.slabDepths.front();
+  const double pixel = header.camera.viewHeight / size.height;
+  const double most = double(StackSamples::kMostCells / size.pixels());
+  const double slabs = double(header.slabDepths.size() - 1);
+  return {size.width, size.height,
+          int(std::min(most, std::clamp(std::round(depth / pixel), slabs, 2048.0)))};
+}
+
+/// The columns of one row of pixels, [z][x].
+class RowSampler {
+ public:
+  RowSampler(const ProxyHeader& header, const RunLists& runs, glm::ivec3 size, double zero,
+             double unit)
+      : runs_(runs),
+        profile_(*header.partition, header.statistics),
+        size_(size),
+        step_(float((header.slabDepths.back() - header.slabDepths.front()) / size.z)),
+        zero_(zero),
+        unit_(unit) {}
+
+  void sample(int y, float* out) {
+    const auto width = std::size_t(size_.x);
+    for (std::size_t x = 0; x < width; ++x) column(std::size_t(y) * width + x, out + x);
+  }
+
+ private:
+  float value(const ProfilePiece& piece, float t) const {
+    if (piece.rank == profile_.noData()) return kNone;
+    return float((profile_.value(piece.rank, piece.at(t)) - zero_) / unit_);
+  }
+
+  void column(std::size_t pixel, float* out) {
+    const auto& pieces = profile_.of(runs_, pixel);
+    const auto stride = std::size_t(size_.x);
+    if (pieces.empty()) {
+      for (int z = 0; z < size_.z; ++z) out[std::size_t(z) * stride] = kNone;
+      return;
+    }
+    std::size_t at = 0;
+    float begin = runs_.enter[pixel];
+    for (int z = 0; z < size_.z; ++z) {
+      const float depth = (float(z) + 0.5f) * step_;
+      while (at + 1 < pieces.size() && depth >= begin + pieces[at].length) {
+        begin += pieces[at++].length;
+      }
+      const ProfilePiece& piece = pieces[at];
+      const float t =
+          piece.length > 0.0f ? std::clamp((depth - begin) / piece.length, 0.0f, 1.0f) : 0.5f;
+      out[std::size_t(z) * stride] = value(piece, t);
+    }
+  }
+
+  const RunLists& runs_;
+  RunProfile profile_;
+  glm::ivec3 size_;
+  float step_;
+  double zero_, unit_;
+};
+
+/// Gives rays that miss the values of their neighbours that do not.
+void extend(const RunLists& runs, StackSamples& samples) {
+  const glm::ivec3 size = samples.size;
+  const auto hits = [&](int x, int y) {
+    const auto i = std::size_t(y) * std::size_t(size.x) + std::size_t(x);
+    return runs.first[i] < runs.first[i + 1];
+  };
+  const auto plane = std::size_t(size.x) * std::size_t(size.y);
+  for (int y = 0; y < size.y; ++y) {
+    for (int x = 0; x < size.x; ++x) {
+      if (hits(x, y)) continue;
+      std::vector<std::size_t> from;
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const int nx = x + dx, ny = y + dy;
+          if (nx < 0 || ny < 0 || nx >= size.x || ny >= size.y || !hits(nx, ny)) continue;
+          from.push_back(std::size_t(ny) * std::size_t(size.x) + std::size_t(nx));
+        }
+      }
+      if (from.empty()) continue;
+      const auto own = std::size_t(y) * std::size_t(size.x) + std::size_t(x);
+      for (std::size_t z = 0; z < std::size_t(size.z); ++z) {
+        float sum = 0.0f;
+        for (const std::size_t i : from) sum += samples.values[z * plane + i];
+        samples.values[z * plane + own] = sum / float(from.size());
+      }
+    }
+  }
+}
+
+}  // namespace
+
+StackSamples sampledStack(const ProxyHeader& header, const RunLists& runs) {
+  StackSamples samples;
+  samples.size = sizeOf(header);
+  const ImageSize size = header.size;
+  const double near = header.slabDepths.front(), far = header.slabDepths.back();
+  const auto corner = [&](double x, double y, double z) {
+    return header.camera.unproject({x * size.width, y * size.height, z}, size);
+  };
+  const glm::dvec3 origin = corner(0, 0, near);
+  samples.worldFromGrid = glm::dmat4(
+      glm::dvec4(corner(1, 0, near) - origin, 0.0), glm::dvec4(corner(0, 1, near) - origin, 0.0),
+      glm::dvec4(corner(0, 0, far) - origin, 0.0), glm::dvec4(origin, 1.0));
+  samples.zero = header.partition->low();
+  samples.unit = header.partition->high() - header.partition->low();
+  const auto row = std::size_t(samples.size.x);
+  const std::size_t plane = row * std::size_t(samples.size.y);
+  samples.values.resize(plane * std::size_t(samples.size.z));
+  parallelRanges(samples.size.y, [&](int begin, int end) {
+    RowSampler sampler(header, runs, samples.size, samples.zero, samples.unit);
+    std::vector<float> columns(row * std::size_t(samples.size.z));
+    for (int y = begin; y < end; ++y) {
+      sampler.sample(y, columns.data());
+      for (std::size_t z = 0; z < std::size_t(samples.size.z); ++z) {
+        std::copy_n(columns.begin() + std::ptrdiff_t(z * row), row,
+                    samples.values.begin() + std::ptrdiff_t(z * plane + std::size_t(y) * row));
+      }
+    }
+  });
+  extend(runs, samples);
+  return samples;
+}
+
+namespace {
+
+/// Looks a stack's samples up in the cells of another grid.
+class Resampler {
+ public:
+  Resampler(const StackSamples& from, const StackSamples& to) : from_(from) {
+    // Cells of `to` to cells of `from`, centres at whole numbers.
+    const glm::dmat4 m = glm::inverse(from.worldFromGrid) * to.worldFromGrid;
+    const auto cell = [&](glm::dvec3 at) {
+      const glm::dvec3 grid = (at + 0.5) / glm::dvec3(to.size);
+      return glm::dvec3(m * glm::dvec4(grid, 1.0)) * glm::dvec3(from.size) - 0.5;
+    };
+    start_ = cell({0, 0, 0});
+    x_ = cell({1, 0, 0}) - start_;
+    y_ = cell({0, 1, 0}) - start_;
+    z_ = cell({0, 0, 1}) - start_;
+    plane_ = std::size_t(from.size.x) * std::size_t(from.size.y);
+  }
+
+  struct Value {
+    float value, change;
+  };
+  Value at(int x, int y, int z) const {
+    const glm::dvec3 cell = start_ + double(x) * x_ + double(y) * y_ + double(z) * z_;
+    glm::ivec3 low;
+    glm::vec3 t;
+    std::size_t next[3];
+    const std::size_t strides[3] = {1, std::size_t(from_.size.x), plane_};
+    std::size_t index = 0, nearest = 0;
+    for (int a = 0; a < 3; ++a) {
+      const double v = std::clamp(cell[a], 0.0, double(from_.size[a] - 1));
+      low[a] = int(v);
+      t[a] = float(v - low[a]);
+      next[a] = low[a] + 1 < from_.size[a] ? strides[a] : 0;
+      index += std::size_t(low[a]) * strides[a];
+      if (a < 2) nearest += std::size_t(v + 0.5) * strides[a];
+    }
+    const float* p = from_.values.data() + index;
+    const auto along = [&](const float* q) {
+      const float a = q[0] + t.x * (q[next[0]] - q[0]);
+      const float b = q[next[1]] + t.x * (q[next[1] + next[0]] - q[next[1]]);
+      return a + t.y * (b - a);
+    };
+    const float near = along(p), far = along(p + next[2]);
+    float least = HUGE_VALF, most = -HUGE_VALF;
+    const int middle = int(std::clamp(cell.z, 0.0, double(from_.size.z - 1)) + 0.5);
+    for (int k = middle - kBlurCells; k <= middle + kBlurCells; ++k) {
+      const auto row = std::size_t(std::clamp(k, 0, from_.size.z - 1));
+      const float v = from_.values[row * plane_ + nearest];
+      least = std::min(least, v);
+      most = std::max(most, v);
+    }
+    return {near + t.z * (far - near), most - least};
+  }
+
+ private:
+  const StackSamples& from_;
+  glm::dvec3 start_{0.0}, x_{0.0}, y_{0.0}, z_{0.0};
+  std::size_t plane_ = 0;
+};
+
+/// The value at half of the weights, each of which is spread evenly around its value's place.
+float weightedMedian(std::span<std::pair<float, float>> valueAndWeight) {
+  std::sort(valueAndWeight.begin(), valueAndWeight.end());
+  float sum = 0.0f;
+  for (const auto& [value, weight] : valueAndWeight) sum += weight;
+  float before = 0.0f, placeBefore = 0.0f;
+  for (std::size_t i = 0; i < valueAndWeight.size(); ++i) {
+    const auto [value, weight] = valueAndWeight[i];
+    const float place = before + 0.5f * weight;
+    if (place >= 0.5f * sum) {
+      if (i == 0) return value;
+      const float last = valueAndWeight[i - 1].first;
+      return last + (value - last) * (0.5f * sum - placeBefore) / (place - placeBefore);
+    }
+    placeBefore = place;
+    before += weight;
+  }
+  return valueAndWeight.back().first;
+}
+
+}  // namespace
+
+StackSamples fusedStacks(std::vector<StackSamples> stacks) {
+  if (stacks.size() == 1) return std::move(stacks.front());
+  constexpr float kLeastChange = 1.0f / 64.0f;
+  const StackSamples& first = stacks.front();
+  StackSamples result{first.size, first.worldFromGrid, first.unit, first.zero, {}};
+  result.values.resize(first.values.size());
+  std::vector<Resampler> resamplers;
+  for (const StackSamples& stack : stacks) resamplers.emplace_back(stack, first);
+  const glm::ivec3 size = first.size;
+  parallelRanges(size.z, [&](int begin, int end) {
+    std::vector<std::pair<float, float>> known;
+    for (int z = begin; z < end; ++z) {
+      for (int y = 0; y < size.y; ++y) {
+        float* out = result.values.data() +
+                     (std::size_t(z) * std::size_t(size.y) + std::size_t(y)) * std::size_t(size.x);
+        for (int x = 0; x < size.x; ++x) {
+          known.clear();
+          for (std::size_t s = 0; s < stacks.size(); ++s) {
+            auto [value, change] = resamplers[s].at(x, y, z);
+            if (!std::isfinite(value)) continue;
+            // All stacks of a field have its partition's unit, or it is brought to the first's.
+            value = float((double(value) * stacks[s].unit + stacks[s].zero - first.zero) /
+                          first.unit);
+            known.emplace_back(value, 1.0f / (change * change + kLeastChange * kLeastChange));
+          }
+          // What most stacks have no data for has none.
+          out[x] = 2 * known.size() > stacks.size() || known.size() == stacks.size()
+                       ? weightedMedian(known)
+                       : kNone;
+        }
+      }
+    }
+  });
+  return result;
+}
+
+LookGrid StackSamples::upload() const {
+  LookGrid grid = LookGrid::scalar(size, worldFromGrid, values);
+  grid.valueZero = grid.valueZero * unit + zero;
+  grid.valueUnit *= unit;
+  return grid;
+}
+
+}  // namespace vestige

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "explorer/look_grid.h"
+#include "explorer/stack_runs.h"
+#include "proxy/proxy_image.h"
+
+namespace vestige {
+
+/// The field of a stack on a grid over its slabs: cells are pixels times equal depths, about cubic
+/// as far as kMostCells allows.
+struct StackSamples {
+  /// Most cells of a grid; 4 bytes each here and on the GPU.
+  static constexpr std::size_t kMostCells = std::size_t(1) << 25;
+
+  glm::ivec3 size{0};
+  glm::dmat4 worldFromGrid{1.0};
+  double unit = 1.0, zero = 0.0;  ///< value = number * unit + zero
+  std::vector<float> values;      ///< x fastest; NaN = no data, or outside of the domain
+
+  LookGrid upload() const;
+};
+
+/// Samples the profile (RunProfile) of every ray. Cells of rays that miss the domain, but are
+/// neighbours of rays that do not, have their values, and rays go on as they enter and leave, so
+/// that interpolation does not fade at the domain's faces; draw with the domain as clip box. Throws
+/// InvalidArgument for a view of more pixels than kMostCells.
+StackSamples sampledStack(const ProxyHeader& header, const RunLists& runs);
+
+/// One field from several stacks of it, on the grid of the first. A stack is least certain along
+/// its own rays, by as much as its values change within kBlurCells cells there; so each cell takes
+/// the median of the stacks' values, weighted by 1 / (change^2 + (1 / 64 of the range)^2) and
+/// interpolated between them: edges that one stack sees head on are placed by those that see them
+/// from the side. The same grid when there is one.
+StackSamples fusedStacks(std::vector<StackSamples> stacks);
+inline constexpr int kBlurCells = 2;
+
+}  // namespace vestige

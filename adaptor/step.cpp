@@ -106,7 +106,11 @@ std::vector<EncodedProxy> pack(const Config& config, const ProxyHeader& header,
     add(depthImage(layered, rays.depth, rays.normal));
   }
   if (config.mip) add(mipImage(header, rays.mip));
-  if (config.reference) add(referenceImage(header, rays.reference, rays.transmittance));
+  if (config.reference) {
+    auto drawn = header;
+    if (config.phong) drawn.shading = shadingOf(config);
+    add(referenceImage(drawn, rays.reference, rays.transmittance));
+  }
   if (made.layers) {
     auto lit = header;
     lit.shading = shadingOf(config);

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "explorer/cli.h"
+#include "explorer/metrics.h"
 #include "explorer/picture.h"
 #include "explorer/renderer.h"
 #include "explorer/view_effects.h"
@@ -43,6 +44,13 @@ void run(const Options& options) {
   writePicture(options.output, rendered.picture);
   if (!options.verbose) return;
   for (const std::string& note : rendered.notes) fmt::print("{}\n", note);
+  if (const auto own = renderer.ownLook(look)) {
+    const RgbView stored = RgbView::interleaved(own->stored.size, own->stored.rgba, 4);
+    const RgbView made = RgbView::interleaved(own->made.size, own->made.rgba, 4);
+    fmt::print(
+        "the stack of view '{}' makes the run's own picture to PSNR {:.2f} dB, DSSIM {:.5f}\n",
+        own->view, psnr(stored, made), dssim(stored, made));
+  }
   if (look.trust) {
     fmt::print("trust: {:.1f} % data, {:.1f} % interpolation, {:.1f} % guess\n",
                100.0 * rendered.shares.data, 100.0 * rendered.shares.interpolation,

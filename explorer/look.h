@@ -25,11 +25,12 @@ enum class Order { Auto, Runs, Mean };
 inline constexpr std::size_t kRunsPixels = 512 * 512;
 enum class NormalSource { Stored, Depth };
 /// What the picture is made of: the intervals (volume) or warped depth layers; MIP; the run's own
-/// reference rendering; piecewise-analytic layers (layered); the stored field. Auto: volume at a
-/// stored view, layers when rotated; layered, else the field, where nothing else can answer.
-enum class Source { Auto, Volume, Layers, Mip, Reference, Layered, Field };
-/// What is drawn of a source that is a grid (fields): emission and absorption, surfaces of equal
-/// value, the greatest value along each ray, or a plane.
+/// reference rendering; piecewise-analytic layers (layered); the stored field; sliced stacks. Auto:
+/// at a stored view its stack, else volume; when rotated stacks, else layers; layered, else the
+/// field, where nothing else can answer.
+enum class Source { Auto, Volume, Layers, Mip, Reference, Layered, Field, Sliced };
+/// What is drawn of a source that is a grid (fields, stacks): emission and absorption, surfaces of
+/// equal value, the greatest value along each ray, or a plane.
 enum class Draw { Volume, Isosurface, Mip, Slice };
 
 /// Degrees in the viewer's frame: 0,0 shines from the viewer, azimuth 90 from the right, elevation

@@ -23,7 +23,7 @@ const Names<NormalSource> kNormals{{"stored", NormalSource::Stored},
 const Names<Source> kSources{{"auto", Source::Auto},           {"volume", Source::Volume},
                              {"layers", Source::Layers},       {"mip", Source::Mip},
                              {"reference", Source::Reference}, {"layered", Source::Layered},
-                             {"field", Source::Field}};
+                             {"field", Source::Field},         {"sliced", Source::Sliced}};
 const Names<Draw> kDraws{{"volume", Draw::Volume},
                          {"isosurface", Draw::Isosurface},
                          {"mip", Draw::Mip},

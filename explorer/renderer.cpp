@@ -7,6 +7,8 @@
 #include <numbers>
 
 #include "explorer/annotate.h"
+#include "explorer/stack_pieces.h"
+#include "explorer/stack_source.h"
 #include "explorer/view_data.h"
 #include "proxy/error.h"
 
@@ -129,6 +131,7 @@ struct Renderer::Impl {
   std::unique_ptr<EditPass> edit;
   std::unique_ptr<LayerPass> layer;
   std::unique_ptr<LayeredPass> layered;
+  std::unique_ptr<StackSource> stacks;  ///< those that were asked for last
 
   /// The view that answers: the stored one that looks most nearly along the target's direction.
   ViewData& sourceFor(const Look& look, long cycle, const std::string& field, ViewData& base,
@@ -142,6 +145,18 @@ struct Renderer::Impl {
   bool fieldAnswers(const Look& look, long cycle, const std::string& field, const ViewData& base,
                     const Camera& target) const;
   void drawField(const Look& look, ViewData& stored, ImageSize viewSize, Rendered& out);
+  /// What stacks of the step have to do with a look: nothing, the one of the view is recomposed, or
+  /// they are drawn as a grid.
+  enum class Stacks { None, Pieces, Grid };
+  Stacks stacksAnswer(const Look& look, long cycle, const std::string& field, const ViewData& base,
+                      const Camera& target, Rendered& out) const;
+  StackSource& stacksOf(long cycle, const std::string& field);
+  void drawStackPieces(const Look& look, ViewData& view, const TransferFunction& function,
+                       Rendered& out);
+  void drawStackGrid(const Look& look, StackSource& source, const TransferFunction& function,
+                     ImageSize viewSize, Rendered& out);
+  /// The light of the view's depth layers, if the look wants any.
+  std::optional<gl::Texture> lightOf(const Look& look, ViewData& view, const Rendered& out);
   void draw(const Look& look, ViewData& view, const TransferFunction& function, Rendered& out);
   ChannelTable tableOf(Via via, ViewData& view, const TransferFunction& function) const;
   Via viaOf(const Look& look, ViewData& view, Rendered& out) const;
@@ -211,16 +226,22 @@ ChannelTable Renderer::Impl::tableOf(Via via, ViewData& view,
   return tableForAttenuation(look, view.header().base->onIntervals(partition));
 }
 
+std::optional<gl::Texture> Renderer::Impl::lightOf(const Look& look, ViewData& view,
+                                                   const Rendered& out) {
+  if (look.shading != Shading::Phong && !look.ao.on) return std::nullopt;
+  const ProxyHeader& header = view.header();
+  return layer->light(view.layers(),
+                      lightSetup(look, header.camera, out.camera, header.domain.diagonal()));
+}
+
 void Renderer::Impl::drawVolume(const Look& look, ViewData& view, const TransferFunction& function,
                                 Via via, Rendered& out) {
   const PieceTextures& pieces = view.pieces(via, look.order);
   const ChannelTable table = tableOf(via, view, function);
   EditExtras extras;
-  std::optional<gl::Texture> light, enhancement;
-  if (look.shading == Shading::Phong || look.ao.on) {
-    const ProxyHeader& header = view.header();
-    light = layer->light(view.layers(),
-                         lightSetup(look, header.camera, out.camera, header.domain.diagonal()));
+  std::optional<gl::Texture> enhancement;
+  const std::optional<gl::Texture> light = lightOf(look, view, out);
+  if (light) {
     extras.light = &*light;
     extras.layerOf = &view.layerOf();
     out.notes.push_back(view.has(kind::kDepth)
@@ -341,6 +362,103 @@ void Renderer::Impl::drawField(const Look& look, ViewData& stored, ImageSize vie
   out.notes.push_back(source.note());
 }
 
+Renderer::Impl::Stacks Renderer::Impl::stacksAnswer(const Look& look, long cycle,
+                                                    const std::string& field, const ViewData& base,
+                                                    const Camera& target, Rendered& out) const {
+  const bool wanted = look.source == Source::Sliced;
+  if (!wanted && look.source != Source::Auto) return Stacks::None;
+  if (StackSource::viewsOf(*archive, cycle, field).empty()) {
+    if (!wanted) return Stacks::None;
+    throw Error(ErrorCode::NotFound, "look key 'source' is sliced, but cycle " +
+                                         std::to_string(cycle) + " has no sliced proxy of '" +
+                                         field + "'");
+  }
+  const bool flat = base.has(kind::kLength) || base.has(kind::kAttenuation);
+  const bool stored = target == base.header().camera;
+  const bool lit = look.shading == Shading::Phong || look.ao.on;
+  if (look.needsGrid()) {
+    const bool exact = archive->find(cycle, kFieldView, field, kind::kField) != nullptr;
+    return wanted || !exact ? Stacks::Grid : Stacks::None;
+  }
+  if (stored && base.has(kind::kSliced)) {
+    // Who asks for a way of recomposing lengths shall have it.
+    const bool otherwise = look.via != Via::Auto || look.order != Order::Auto;
+    if (!wanted && flat && otherwise) return Stacks::None;
+    if (!lit || base.has(kind::kDepth)) return Stacks::Pieces;
+  } else if (stored && !wanted) {
+    return Stacks::None;
+  }
+  if (look.enhance.on) {
+    if (!wanted && (flat || base.has(kind::kDepth))) return Stacks::None;
+    throw Error(ErrorCode::Config,
+                "look key 'enhance' needs the stored view of a stack, neither rotated nor lit by "
+                "its own grid");
+  }
+  if (stored && lit && base.has(kind::kSliced)) {
+    out.notes.push_back("no depth layers are stored: the stack is lit by gradients of its grid");
+  }
+  return Stacks::Grid;
+}
+
+StackSource& Renderer::Impl::stacksOf(long cycle, const std::string& field) {
+  if (!stacks || !stacks->is(cycle, field)) {
+    stacks.reset();  // before the next takes its memory
+    stacks = std::make_unique<StackSource>(*archive, cycle, field);
+  }
+  return *stacks;
+}
+
+void Renderer::Impl::drawStackPieces(const Look& look, ViewData& view,
+                                     const TransferFunction& function, Rendered& out) {
+  const SlicedStack& stack = view.stack();
+  const FineChannels channels(*stack.header.partition);
+  const PieceTextures& pieces = view.stackPieces(channels.parts(), Uncertain::Likely);
+  const ChannelTable table = channels.table(function);
+  out.notes.push_back("sliced answers: " + errorOfStack(stack.header, stack.levels));
+  EditExtras extras;
+  std::vector<int> layerOf;
+  const std::optional<gl::Texture> light = lightOf(look, view, out);
+  if (light) {
+    for (int k = 0; k < channels.count(); ++k) {
+      const auto parent = std::size_t(channels.parent(k));
+      layerOf.push_back(parent < view.layerOf().size() ? view.layerOf()[parent] : -1);
+    }
+    extras.light = &*light;
+    extras.layerOf = &layerOf;
+    out.notes.push_back("each interval is lit by the normals of its own depth layer");
+  }
+  std::optional<gl::Texture> enhancement;
+  if (look.enhance.on) {
+    const FineChannels whole(*stack.header.partition, 1);
+    enhancement = edit->enhancement(view.stackPieces(1, Uncertain::Likely), whole.table(function),
+                                    look.enhance.lambda, look.enhance.gamma);
+    extras.enhancement = &*enhancement;
+  }
+  out.picture = edit->render(pieces, table, extras);
+  if (!look.trust) return;
+  // What hangs on an order that is not stored changes when it is turned round.
+  const Picture other =
+      edit->render(view.stackPieces(channels.parts(), Uncertain::Reversed), table, extras);
+  std::vector<float> doubt(out.picture.size.pixels(), 0.0f);
+  for (std::size_t i = 0; i < doubt.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      doubt[i] = std::max(doubt[i], std::abs(out.picture.rgba[4 * i + c] - other.rgba[4 * i + c]));
+    }
+  }
+  out.trust = trustFromDoubt(doubt);
+}
+
+void Renderer::Impl::drawStackGrid(const Look& look, StackSource& source,
+                                   const TransferFunction& function, ImageSize viewSize,
+                                   Rendered& out) {
+  const ImageSize size = look.size.value_or(viewSize);
+  VolumeView view = source.draw(look, function, fittedCamera(out.camera, viewSize, size), size);
+  out.picture = std::move(view.picture);
+  out.depth = std::move(view.depth);
+  if (look.trust) out.trust = trustFromStretch(view.guess, out.picture);
+  out.notes.push_back(source.note(out.camera));
+}
+
 void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFunction& function,
                           Rendered& out) {
   const bool volume = view.has(kind::kLength) || view.has(kind::kAttenuation);
@@ -403,6 +521,7 @@ Renderer::Renderer(std::shared_ptr<gl::Device> device, std::shared_ptr<const Arc
 
 Renderer::~Renderer() {
   impl_->device->run([&] {
+    impl_->stacks.reset();
     impl_->layered.reset();
     impl_->layer.reset();
     impl_->edit.reset();
@@ -425,13 +544,23 @@ Rendered Renderer::render(const Look& look) {
                      ? stored
                      : stored.orbited(base.header().domain.center(), radians(look.rotate.azimuth),
                                       radians(look.rotate.elevation), radians(look.rotate.roll));
-    const bool fromField = self.fieldAnswers(look, cycle, field, base, out.camera);
+    const Impl::Stacks stacks = self.stacksAnswer(look, cycle, field, base, out.camera, out);
+    const bool fromField =
+        stacks == Impl::Stacks::None && self.fieldAnswers(look, cycle, field, base, out.camera);
     ViewData& view = fromField ? self.views->get(cycle, kFieldView, field)
-                               : self.sourceFor(look, cycle, field, base, out.camera, out);
-    const ProxyHeader& header = view.header();
-    const TransferFunction function = functionOf(look, header, view.partition());
+                     : stacks != Impl::Stacks::None
+                         ? base
+                         : self.sourceFor(look, cycle, field, base, out.camera, out);
+    StackSource* grid = stacks == Impl::Stacks::Grid ? &self.stacksOf(cycle, field) : nullptr;
+    const ProxyHeader& header = grid ? grid->header() : view.header();
+    const TransferFunction function =
+        functionOf(look, header, grid ? &*header.partition : view.partition());
     const ImageSize viewSize = (fromField ? base : view).header().size;
-    if (fromField) {
+    if (grid) {
+      self.drawStackGrid(look, *grid, function, viewSize, out);
+    } else if (stacks == Impl::Stacks::Pieces) {
+      self.drawStackPieces(look, view, function, out);
+    } else if (fromField) {
       self.drawField(look, view, viewSize, out);
     } else {
       self.draw(look, view, function, out);
@@ -457,6 +586,31 @@ Rendered Renderer::render(const Look& look) {
     annotate(out.picture, look.annotations, subject, look.background);
   });
   return out;
+}
+
+std::optional<Renderer::OwnLook> Renderer::ownLook(const Look& look) {
+  Impl& self = *impl_;
+  const Archive& archive = *self.archive;
+  const long cycle = cycleOf(look, archive);
+  const std::string field = chosen(look.field, archive.fields(), archive, "field");
+  OwnLook own{chosen(look.view, archive.views(), archive, "view"), {}, {}};
+  bool both = false;
+  self.device->run([&] {
+    ViewData& view = self.views->get(cycle, own.view, field);
+    if (!view.has(kind::kSliced) || !view.has(kind::kReference)) return;
+    const ProxyImage reference = view.image(kind::kReference);
+    const ProxyHeader& header = view.stack().header;
+    if (!reference.header.shading.empty() || !header.base ||
+        reference.header.camera != header.camera || reference.header.size != header.size) {
+      return;
+    }
+    const FineChannels channels(*header.partition);
+    own.stored = referencePicture(reference);
+    own.made = self.edit->render(view.stackPieces(channels.parts(), Uncertain::Likely),
+                                 channels.table(*header.base));
+    both = true;
+  });
+  return both ? std::optional(std::move(own)) : std::nullopt;
 }
 
 }  // namespace vestige

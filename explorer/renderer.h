@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,7 @@ namespace vestige {
 struct Rendered {
   Picture picture;           ///< annotated, over its background
   Camera camera;             ///< of the picture
-  std::vector<float> depth;  ///< warped layers: [pixel] planar Z of the nearest surface, else empty
+  std::vector<float> depth;  ///< layers, grids: [pixel] planar Z of the nearest surface, else empty
   std::vector<Trust> trust;  ///< [pixel] before fitting to the look's size; empty unless asked for
   TrustShares shares;        ///< of `trust`
   std::vector<std::string> notes;  ///< which proxy answered and why, one sentence each
@@ -32,6 +33,15 @@ class Renderer {
 
   /// Throws Config for a look that makes no sense, NotFound naming what the archive has instead.
   Rendered render(const Look& look);
+
+  /// The run's own picture of the look's step, field and view, and the one that the view's stack
+  /// makes of the same transfer function: the measured error of the stack. Nothing when the view
+  /// does not store both, or the picture is lit.
+  struct OwnLook {
+    std::string view;
+    Picture stored, made;
+  };
+  std::optional<OwnLook> ownLook(const Look& look);
 
  private:
   struct Impl;

@@ -252,8 +252,8 @@ StackSamples fusedStacks(std::vector<StackSamples> stacks) {
             auto [value, change] = resamplers[s].at(x, y, z);
             if (!std::isfinite(value)) continue;
             // All stacks of a field have its partition's unit, or it is brought to the first's.
-            value = float((double(value) * stacks[s].unit + stacks[s].zero - first.zero) /
-                          first.unit);
+            value =
+                float((double(value) * stacks[s].unit + stacks[s].zero - first.zero) / first.unit);
             known.emplace_back(value, 1.0f / (change * change + kLeastChange * kLeastChange));
           }
           // What most stacks have no data for has none.

@@ -3,14 +3,15 @@
 
 #include <array>
 
+#include "explorer/stack_pieces.h"
 #include "proxy/error.h"
 
 namespace vestige {
 namespace {
 
-constexpr std::array<std::string_view, 7> kKinds{
-    kind::kLength, kind::kAttenuation, kind::kDepth, kind::kReference,
-    kind::kMip,    kind::kLayered,     kind::kField};
+constexpr std::array<std::string_view, 8> kKinds{kind::kLength,  kind::kAttenuation, kind::kSliced,
+                                                 kind::kDepth,   kind::kReference,   kind::kMip,
+                                                 kind::kLayered, kind::kField};
 
 }  // namespace
 
@@ -52,6 +53,24 @@ const ArchiveRow& ViewData::row(std::string_view proxy) const {
 
 ProxyImage ViewData::image(std::string_view proxy) const {
   return readImage(archive_.open(row(proxy)));
+}
+
+const SlicedStack& ViewData::stack() {
+  if (!stack_) {
+    stack_ = std::make_unique<SlicedStack>(readStack(archive_.open(row(kind::kSliced))));
+  }
+  return *stack_;
+}
+
+const PieceTextures& ViewData::stackPieces(int parts, Uncertain way) {
+  auto& textures = stackPieces_[{parts, way}];
+  if (textures) return *textures;
+  const ProxyHeader& header = stack().header;
+  const double diagonal = header.domain.diagonal();
+  textures = std::make_unique<PieceTextures>(
+      piecesOfRuns(runsOfStack(stack(), way), FineChannels(*header.partition, parts),
+                   header.statistics, diagonal > 0.0 ? diagonal : 1.0));
+  return *textures;
 }
 
 FieldSource& ViewData::field() {

@@ -13,6 +13,7 @@
 #include "explorer/layered_pass.h"
 #include "explorer/layers.h"
 #include "explorer/look.h"
+#include "explorer/stack_runs.h"
 #include "proxy/archive.h"
 
 namespace vestige {
@@ -37,6 +38,9 @@ class ViewData {
   const LayeredTextures& layered();
   ProxyImage image(std::string_view proxy) const;
   FieldSource& field();
+  /// The stack of the view, and its pieces in channels of `parts` an interval.
+  const SlicedStack& stack();
+  const PieceTextures& stackPieces(int parts, Uncertain way);
 
  private:
   const ArchiveRow& row(std::string_view proxy) const;
@@ -53,6 +57,8 @@ class ViewData {
   std::unique_ptr<LayerTextures> layers_;
   std::unique_ptr<LayeredTextures> layered_;
   std::unique_ptr<FieldSource> fieldSource_;
+  std::unique_ptr<SlicedStack> stack_;
+  std::map<std::pair<int, Uncertain>, std::unique_ptr<PieceTextures>> stackPieces_;
   std::vector<int> layerOf_;
   std::vector<double> isovalues_;
 };

@@ -386,7 +386,10 @@ Renderer::Impl::Stacks Renderer::Impl::stacksAnswer(const Look& look, long cycle
     if (!wanted && flat && otherwise) return Stacks::None;
     if (!lit || base.has(kind::kDepth)) return Stacks::Pieces;
   } else if (stored && !wanted) {
-    return Stacks::None;
+    // A view of pictures only cannot be edited; stacks can.
+    const bool edited = look.opacity || look.referenceLength || !look.colormap.empty() ||
+                        look.colorRange || !look.factors.empty() || lit;
+    if (flat || base.has(kind::kDepth) || !edited) return Stacks::None;
   }
   if (look.enhance.on) {
     if (!wanted && (flat || base.has(kind::kDepth))) return Stacks::None;

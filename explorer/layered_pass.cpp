@@ -214,8 +214,8 @@ const gl::Program& LayeredPass::program(int layers) {
       .first->second;
 }
 
-LayeredView LayeredPass::render(const LayeredTextures& layers, const Camera& target,
-                                ImageSize size) {
+LayeredView LayeredPass::render(const LayeredTextures& layers, const Camera& target, ImageSize size,
+                                bool guess) {
   const gl::Functions& gl = gl::functions();
   const gl::Program& cast = program(layers.layers);
   cast.use();
@@ -265,9 +265,11 @@ LayeredView LayeredPass::render(const LayeredTextures& layers, const Camera& tar
   gpu::drawFullscreen(empty_);
   LayeredView view;
   view.picture = {size, gpu::readFloats(size, 0)};
-  const std::vector<float> values = gpu::readFloats(size, 1);
-  view.guess.resize(size.pixels());
-  for (std::size_t i = 0; i < size.pixels(); ++i) view.guess[i] = values[4 * i];
+  if (guess) {
+    const std::vector<float> values = gpu::readFloats(size, 1);
+    view.guess.resize(size.pixels());
+    for (std::size_t i = 0; i < size.pixels(); ++i) view.guess[i] = values[4 * i];
+  }
   // A framebuffer that had two colour attachments must not keep the second.
   gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, 0, 0);
   gl::checkErrors("casting rays through layers");

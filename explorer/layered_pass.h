@@ -39,7 +39,9 @@ struct LayeredView {
 /// counts as a guess. Made, used and destroyed in Device::run.
 class LayeredPass {
  public:
-  LayeredView render(const LayeredTextures& layers, const Camera& target, ImageSize size);
+  /// The guess is left out unless it is asked for.
+  LayeredView render(const LayeredTextures& layers, const Camera& target, ImageSize size,
+                     bool guess = true);
 
  private:
   const gl::Program& program(int layers);

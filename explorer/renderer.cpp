@@ -309,7 +309,8 @@ void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const Transfer
 void Renderer::Impl::drawLayered(const Look& look, ViewData& view, Rendered& out) {
   const LayeredTextures& layers = view.layered();
   const ImageSize size = look.size.value_or(layers.size);
-  LayeredView drawn = layered->render(layers, fittedCamera(out.camera, layers.size, size), size);
+  LayeredView drawn =
+      layered->render(layers, fittedCamera(out.camera, layers.size, size), size, look.trust);
   out.picture = std::move(drawn.picture);
   out.notes.push_back("layered answers: " + std::to_string(layers.layers) +
                       " piecewise-analytic layers; opacity, colour and light (" + layers.shading +

@@ -81,6 +81,26 @@ void clipTo(float a, float b, inout vec2 t) {
   }
 }
 
+// Where a ray at t leaves the pixels low .. high, the next pixel, and whether that is beside them.
+float leavePixels(ivec2 low, ivec2 high, vec4 o, vec4 d, float t, vec2 seen, float slack,
+                  bool right, bool down, out bool across, out ivec2 to) {
+  // A ray that runs beside an edge, or toward its vanishing point, does not cross.
+  vec2 leave = vec2(crossing(o.x, d.x, o.z, d.z, float(right ? high.x + 1 : low.x)),
+                    crossing(o.y, d.y, o.z, d.z, float(down ? high.y + 1 : low.y)));
+  leave = mix(max(leave, vec2(t)), vec2(kFar), lessThan(leave, vec2(seen.x - slack)));
+  float next = min(min(leave.x, leave.y), seen.y);
+  // The other coordinate stays within what is passed.
+  across = leave.x <= leave.y;
+  vec3 there = o.xyz + next * d.xyz;
+  to = clamp(ivec2(floor(there.xy / there.z)), low, min(high, sourceSize - 1));
+  if (across) {
+    to.x = right ? high.x + 1 : low.x - 1;
+  } else {
+    to.y = down ? high.y + 1 : low.y - 1;
+  }
+  return next;
+}
+
 void main() {
   vec2 at = gl_FragCoord.xy / targetSize - 0.5;
   vec4 o = originAt[0] + at.x * originAt[1] + at.y * originAt[2];
@@ -121,96 +141,81 @@ void main() {
   vec3 here = o.xyz + t * d.xyz;
   ivec2 last = sourceSize - 1;
   ivec2 pixel = clamp(ivec2(floor(here.xy / here.z)), ivec2(0), last), came = pixel;
-  ivec2 walked = ivec2(-1);  // the tile that is walked pixel by pixel
-  Column before, own;        // of the pixel that the ray came from, and of this one
-  bool known = false;        // whether they are
   vec3 light = vec3(0.0);
   float left = 1.0;
 
-  int most = 2 * (sourceSize.x + sourceSize.y);
-  for (int n = 0; n < most; ++n) {
-    // The tile as a whole, if the ray passes by all that is in it.
-    ivec2 tile = pixel / kTile, low = tile * kTile, high = low + kTile - 1;
-    bool whole = tile != walked;
-    if (!whole) low = high = pixel;
-    // A ray that runs beside an edge, or toward its vanishing point, does not cross.
-    vec2 leave = vec2(crossing(o.x, d.x, o.z, d.z, float(right ? high.x + 1 : low.x)),
-                      crossing(o.y, d.y, o.z, d.z, float(down ? high.y + 1 : low.y)));
-    leave = mix(max(leave, vec2(t)), vec2(kFar), lessThan(leave, vec2(seen.x - slack)));
-    float next = min(min(leave.x, leave.y), seen.y);
+  // Where rays run side by side in the lanes of a vector unit an `if` saves nothing, and a loop ends
+  // with its last lane: so tiles, their pixels and the layers that are crossed are loops.
+  bool ends = false;
+  int most = sourceSize.x + sourceSize.y;
+  for (int n = 0; n < most && !ends; ++n) {
+    ivec2 tile = pixel / kTile, low = tile * kTile, high = low + kTile - 1, to;
+    bool across;
+    float next = leavePixels(low, high, o, d, t, seen, slack, right, down, across, to);
     vec2 level = o.w + vec2(t, next) * d.w;
-    if (whole) {
-      vec4 inTile = texelFetch(tiles, tile, 0);
-      bool passes = max(level.x, level.y) < inTile.x ||
-                    (min(level.x, level.y) > inTile.y && inTile.z == 0.0);
-      if (!passes) {
-        walked = tile;
-        continue;
-      }
+    vec4 inTile = texelFetch(tiles, tile, 0);
+    if (max(level.x, level.y) < inTile.x ||
+        (min(level.x, level.y) > inTile.y && inTile.z == 0.0)) {
+      // The ray passes by all that is in the tile.
+      ends = next >= seen.y || to != clamp(to, ivec2(0), last);
+      came = across ? ivec2(to.x - way.x, to.y) : ivec2(to.x, to.y - way.y);
+      pixel = ends ? pixel : to;
+      t = next;
+      continue;
     }
-
-    // On to the next pixel; the other coordinate stays within what is passed.
-    bool across = leave.x <= leave.y;
-    here = o.xyz + next * d.xyz;
-    ivec2 to = clamp(ivec2(floor(here.xy / here.z)), low, min(high, last));
-    if (across) {
-      to.x = right ? high.x + 1 : low.x - 1;
-    } else {
-      to.y = down ? high.y + 1 : low.y - 1;
-    }
-    bool ends = next >= seen.y || to != clamp(to, ivec2(0), last);
-
-    if (!whole) {
-      if (!known) {
-        own = columnAt(pixel);
-        before = columnAt(came);
-        known = true;
+    Column before = columnAt(came), own = columnAt(pixel);
+    bool inside;
+    do {
+      next = leavePixels(pixel, pixel, o, d, t, seen, slack, right, down, across, to);
+      ends = next >= seen.y || to != clamp(to, ivec2(0), last);
+      to = clamp(to, ivec2(0), last);
+      Column after = columnAt(to);
+      float state = own.at[kState], afterState = ends ? 0.0 : after.at[kState];
+      level = o.w + vec2(t, next) * d.w;
+      // Which share of the way is behind each boundary. Both are straight. A layer keeps its optical
+      // depth, whatever its neighbours make of its length.
+      float behind[LAYERS + 2], middle[LAYERS + 2], weight[LAYERS + 2];
+      float sinks = 0.0;
+      for (int i = 0; i <= LAYERS; ++i) {
+        vec2 above = level - vec2(between(own.at[i], before.at[i], before.at[kState]),
+                                  between(own.at[i], after.at[i], afterState));
+        sinks += above.y - above.x;
+        middle[i] = 0.5 * (level.x + level.y - above.x - above.y);
+        behind[i] = clamp(max(above.x, above.y) / max(abs(above.y - above.x), 1e-3), 0.0, 1.0);
       }
-      Column after = own;
-      if (!ends) after = columnAt(to);
-      float state = own.at[kState];
-      if (state > 0.0) {
-        // Which share of the way is behind each boundary. Both are straight.
-        float behind[LAYERS + 2], middle[LAYERS + 2];
-        float sinks = 0.0;
-        for (int i = 0; i <= LAYERS; ++i) {
-          vec2 above = level - vec2(between(own.at[i], before.at[i], before.at[kState]),
-                                    between(own.at[i], after.at[i], after.at[kState]));
-          sinks += above.y - above.x;
-          middle[i] = 0.5 * (level.x + level.y - above.x - above.y);
-          behind[i] = clamp(max(above.x, above.y) / max(abs(above.y - above.x), 1e-3), 0.0, 1.0);
-        }
-        float far = max(level.x, level.y) - own.at[LAYERS] - marginLevels;
-        float hidden = state > 1.5 && far > 0.0 && behind[LAYERS] > 0.0 ? 1.0 : 0.0;
-        bool away = sinks >= 0.0;
-        if (!away) unseen = max(unseen, hidden * left);
-        float path = (next - t) * lengthPerT;
-        for (int i = 0; i < LAYERS; ++i) {
-          int layer = away ? i : LAYERS - 1 - i;
-          float share = away ? behind[i] - behind[i + 1]
-                             : behind[LAYERS - 1 - i] - behind[LAYERS - i];
-          if (share > 0.0) {
-            vec4 medium = texelFetch(media, ivec3(pixel, layer), 0);
-            // The layer keeps its optical depth, whatever its neighbours make of its length.
-            float stretch = clamp((own.at[layer + 1] - own.at[layer]) /
-                                      max(middle[layer + 1] - middle[layer], 1.0),
-                                  0.25, 4.0);
-            float passed = exp(-medium.a * stretch * share * path);
-            light += left * (1.0 - passed) * medium.rgb;
-            left *= passed;
-          }
-        }
-        if (away) unseen = max(unseen, hidden * left);
+      bool away = sinks >= 0.0;
+      float path = state > 0.0 ? (next - t) * lengthPerT : 0.0;
+      int first = LAYERS, final = -1;  // of those that are crossed
+      for (int i = 0; i < LAYERS; ++i) {
+        float share = max(behind[i] - behind[i + 1], 0.0);
+        weight[i] = path * share * clamp((own.at[i + 1] - own.at[i]) /
+                                             max(middle[i + 1] - middle[i], 1.0), 0.25, 4.0);
+        first = share > 0.0 ? min(first, i) : first;
+        final = share > 0.0 ? i : final;
       }
+      float far = max(level.x, level.y) - own.at[LAYERS] - marginLevels;
+      bool hidden = state > 1.5 && far > 0.0 && behind[LAYERS] > 0.0;
+      if (hidden && !away) unseen = max(unseen, left);
+      int layer = away ? first : final;
+      do {
+        float along = 0.0;
+        for (int i = 0; i < LAYERS; ++i) along = i == layer ? weight[i] : along;
+        vec4 medium = texelFetch(media, ivec3(pixel, clamp(layer, 0, LAYERS - 1)), 0);
+        float passed = exp(-medium.a * along);
+        light += left * (1.0 - passed) * medium.rgb;
+        left *= passed;
+        layer += away ? 1 : -1;
+      } while (layer >= first && layer <= final);
+      if (hidden && away) unseen = max(unseen, left);
+
+      ends = ends || left < opaque;
+      came = pixel;
+      pixel = to;
+      t = next;
       before = own;
       own = after;
-    } else {
-      known = false;
-    }
-    if (ends || left < opaque) break;
-    came = across ? ivec2(to.x - way.x, to.y) : ivec2(to.x, to.y - way.y);
-    pixel = to;
-    t = next;
+      inside = pixel / kTile == tile;
+    } while (inside && !ends);
   }
   if (left >= opaque && seen.y < inBox.y - slack) unseen = max(unseen, left);
   color = vec4(light, 1.0 - left);

@@ -14,6 +14,7 @@
 #include "proxy/exr_file.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/layered_scenes.h"
+#include "tests/bench/layered_storage.h"
 #include "tests/fidelity/novel_view_peers.h"
 #include "tests/support/cpu_renderer.h"
 
@@ -169,10 +170,38 @@ void measurePeers(const std::shared_ptr<gl::Device>& device, const Scene& scene,
   });
 }
 
+/// What OpenEXR's compressions make of four layers, in bytes and at 10 degrees (Fig. 7).
+void measureStorage(const std::shared_ptr<gl::Device>& device, const Scene& scene,
+                    const LayeredScene& subject, const BenchOptions& options) {
+  constexpr int kDegrees = 10, kLayers = 4;
+  const std::string prefix = "layered_storage_" + scene.name + "_";
+  if (!options.wantsAny(prefix)) return;
+  const MarchRequest request = subject.request(scene, kSize);
+  Marcher marcher(device);
+  Truth truth(scene, request);
+  const StoredLayers layers = storedLayers(marcher, scene, request, kLayers);
+  const double native = double(scene.values.size()) * scene.nativeBytes;
+  for (const LayeredStorage& storage : layeredStorages()) {
+    const std::string bytes = prefix + storage.name + "_bytes_percent";
+    const std::string error = prefix + storage.name + "_dssim_10";
+    if (!options.wants(bytes) && !options.wants(error)) continue;
+    const StoredAs stored = storeLayers(layers.header, layers.planes, storage);
+    if (options.wants(bytes)) print(bytes, 100.0 * double(stored.bytes) / native);
+    if (!options.wants(error)) continue;
+    LayeredView view;
+    device->run([&] {
+      view = LayeredPass().render(LayeredTextures(layers.header, stored.planes),
+                                  truth.camera(kDegrees), kSize);
+    });
+    print(error, truth.dssimOf(view.picture, kDegrees));
+  }
+}
+
 void measure(const std::shared_ptr<gl::Device>& device, const LayeredScene& subject,
              const BenchOptions& options) {
   const Scene scene = namedScene(subject.name, subject.size, sceneCache());
   measureLayers(device, scene, subject, options);
+  measureStorage(device, scene, subject, options);
   measurePeers(device, scene, subject, 1.0, "", options);
   for (const auto& [density, suffix] : {std::pair{0.1, "_density_0.1"},
                                         {0.3, "_density_0.3"},
@@ -191,7 +220,8 @@ int main(int argc, char** argv) {
     for (const LayeredScene& subject : kLayeredScenes) {
       const std::string name = subject.name;
       if (!options.wantsAny("novel_view_dssim_" + name + "_") &&
-          !options.wantsAny("novel_view_bytes_percent_" + name + "_")) {
+          !options.wantsAny("novel_view_bytes_percent_" + name + "_") &&
+          !options.wantsAny("layered_storage_" + name + "_")) {
         continue;
       }
       std::fprintf(stderr, "bench_layered: %s\n", subject.name);

@@ -17,6 +17,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <glm/trigonometric.hpp>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -30,6 +31,8 @@ namespace vestige::test {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr double kTurnDegrees = 10.0;  ///< of novel views
 
 double secondsOf(const std::function<void()>& work) {
   const auto start = std::chrono::steady_clock::now();
@@ -52,10 +55,13 @@ std::vector<OpacityPoint> basePoints(const Scene& scene) {
   return {{scene.low + 0.25 * range, 0.0}, {scene.high, 0.3}};
 }
 
+constexpr const char* kEdited = "'attenuation', 'length', 'depth'";
+constexpr const char* kFlat = "'attenuation', 'length', 'depth', 'mip', 'reference'";
+
 /// A run through the C API that keeps one view of the scene.
 class Run {
  public:
-  Run(const Scene& scene, int pixels, const fs::path& archive, bool everything)
+  Run(const Scene& scene, int pixels, const fs::path& archive, const char* proxies)
       : scene_(scene), archive_(archive) {
     fs::remove_all(archive);
     std::string points;
@@ -68,11 +74,8 @@ class Run {
         "[image]\nwidth = {}\nheight = {}\nproxies = [{}]\n[[view]]\nset = 'front'\n"
         "[[field]]\nsource = 'field'\nrange = [{}, {}]\nintervals = 16\nopacity = [{}]\n"
         "isovalues = [{}, {}, {}, {}]\n",
-        archive.string(), pixels, pixels,
-        everything ? "'attenuation', 'length', 'depth', 'mip', 'reference'"
-                   : "'attenuation', 'length', 'depth'",
-        scene.low, scene.high, points, scene.low + step, scene.low + 2 * step, scene.low + 3 * step,
-        scene.low + 4 * step);
+        archive.string(), pixels, pixels, proxies, scene.low, scene.high, points, scene.low + step,
+        scene.low + 2 * step, scene.low + 3 * step, scene.low + 4 * step);
     vestige_options options = VESTIGE_OPTIONS_INIT;
     options.config_text = config_.c_str();
     check(vestige_open(&options, &session_));
@@ -119,7 +122,8 @@ class Run {
 };
 
 /// What vtk_side.py is to draw, seen by the camera that the archive has.
-void writeScene(const Scene& scene, const Camera& camera, int pixels, const fs::path& folder) {
+void writeScene(const Scene& scene, const Camera& camera, int pixels, const fs::path& path) {
+  const fs::path folder = path.parent_path();
   const auto vec = [](glm::dvec3 v) { return std::vector<double>{v.x, v.y, v.z}; };
   const Colormap map = Colormap::named("viridis");
   nlohmann::json json{{"volume", (folder / "scene.raw").string()},
@@ -141,7 +145,7 @@ void writeScene(const Scene& scene, const Camera& camera, int pixels, const fs::
     const glm::dvec3 c = map.at(i / 16.0);
     json["colors"].push_back({scene.low + (scene.high - scene.low) * i / 16.0, c.r, c.g, c.b});
   }
-  std::ofstream(folder / (std::to_string(pixels) + ".json")) << json;
+  std::ofstream(path) << json;
 }
 
 std::uint64_t bytesOf(const Archive& archive, std::string_view proxy) {
@@ -170,7 +174,12 @@ void serve(const Scene& scene, const fs::path& folder) {
             std::streamsize(scene.values.size() * sizeof(float)));
   raw.close();
   const Camera camera = frameBox(scene.domain(), {0, 1, 0}, {0, 0, 1}, 1.0);
-  for (int pixels : {512, 1024}) writeScene(scene, camera, pixels, folder);
+  const Camera turned = camera.orbited(scene.domain().center(), glm::radians(kTurnDegrees), 0.0);
+  for (int pixels : {512, 1024}) {
+    const std::string name = std::to_string(pixels);
+    writeScene(scene, camera, pixels, folder / (name + ".json"));
+    writeScene(scene, turned, pixels, folder / (name + "-turned.json"));
+  }
 
   std::unique_ptr<Run> small;
   std::shared_ptr<gl::Device> device;
@@ -179,7 +188,7 @@ void serve(const Scene& scene, const fs::path& folder) {
   const auto step = [&]() -> Run& {
     if (!small) {
       before = statusBytes("VmRSS:");
-      small = std::make_unique<Run>(scene, 512, folder / "512.cdb", false);
+      small = std::make_unique<Run>(scene, 512, folder / "512.cdb", kEdited);
       small->execute();  // compiles programs; no figure includes it
     }
     small->execute();
@@ -187,13 +196,15 @@ void serve(const Scene& scene, const fs::path& folder) {
   };
   const auto large = [&] {
     if (device) return;
-    Run(scene, 1024, folder / "1024.cdb", false).execute();
+    Run(scene, 1024, folder / "1024.cdb", kEdited).execute();
     device = gl::Device::create("auto");
   };
   const auto open = [&] {
     renderer =
         std::make_unique<Renderer>(device, std::make_shared<const Archive>(folder / "1024.cdb"));
   };
+  std::unique_ptr<Renderer> layered;  ///< of layers at layeredPixels squared
+  int layeredPixels = 0;
   int edits = 0;
   bool inRuns = false;  ///< what the renderer was last asked for
   std::puts("ready");
@@ -206,7 +217,7 @@ void serve(const Scene& scene, const fs::path& folder) {
       step();
       fmt::print("{}\t{}\n", statusBytes("VmHWM:") - before, scene.values.size() * 4);
     } else if (command == "bytes") {
-      { Run(scene, 512, folder / "bytes.cdb", true).execute(); }
+      { Run(scene, 512, folder / "bytes.cdb", kFlat).execute(); }
       const Archive archive(folder / "bytes.cdb");
       std::string line;
       for (auto proxy :
@@ -224,6 +235,21 @@ void serve(const Scene& scene, const fs::path& folder) {
       inRuns = runs;
       const Look look = editedLook(++edits, scene, runs);
       fmt::print("{}\n", secondsOf([&] { renderer->render(look); }));
+    } else if (command == "turn 512" || command == "turn 1024") {
+      // A little more of a turn each time, so that nothing could be kept.
+      const int pixels = command == "turn 512" ? 512 : 1024;
+      if (!layered || layeredPixels != pixels) {
+        const fs::path archive = folder / "layered.cdb";
+        layered.reset();
+        Run(scene, pixels, archive, "'layered'").execute();
+        if (!device) device = gl::Device::create("auto");
+        layered = std::make_unique<Renderer>(device, std::make_shared<const Archive>(archive));
+        layeredPixels = pixels;
+      }
+      Look look;
+      look.source = Source::Layered;
+      look.rotate.azimuth = kTurnDegrees + 0.01 * ++edits;
+      fmt::print("{}\n", secondsOf([&] { layered->render(look); }));
     } else if (command == "open" || command == "open-runs") {
       large();
       renderer.reset();

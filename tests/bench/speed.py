@@ -99,6 +99,15 @@ def measure_size(binaries, size, suffix, wanted, folder):
                                        lambda: they.ask("render"))
             report(f"open_and_edit_vs_vtk{order}", render[0] / opened[0])
         they.close()
+    for pixels, name in (("1024", ""), ("512", "_512px")) if not suffix else ():
+        line = f"novel_view_vs_vtk_layered{name}"
+        if line not in wanted:
+            continue
+        they = vtk(folder, f"{pixels}-turned")
+        turn, render = alternate(count, lambda: we.ask(f"turn {pixels}"),
+                                 lambda: they.ask("render"))
+        they.close()
+        report(line, render[0] / turn[0])
     we.close()
 
 

@@ -15,6 +15,7 @@ class FieldSource {
   explicit FieldSource(const ProxyImage& image);
 
   const ProxyHeader& header() const { return header_; }
+  LookGrid& grid() { return grid_; }
   VolumeView draw(const Look& look, const TransferFunction& function, const Camera& camera,
                   ImageSize size);
   /// What it is and how true, in a sentence.

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// edit_psnr_SCENE_TIER_{mean,min}[_continuous], edit_bytes_percent_SCENE_TIER and
+// novel_view_dssim_SCENE_TIER_DEG of the reduced field, the yardstick of method §6: the field as it
+// is stored and read, drawn by the explorer's ray caster, against the raw field rendered on the CPU
+// (method §7). One file serves all lines of a tier. Edits: pixels = voxels, seen along +y; novel
+// views: 512 x 512 and the base transfer function of bench_layered.
+// usage: bench_field --seeds A..B LINE...
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <glm/trigonometric.hpp>
+
+#include "explorer/field_source.h"
+#include "explorer/grid_painter.h"
+#include "explorer/metrics.h"
+#include "proxy/exr_file.h"
+#include "tests/bench/bench_run.h"
+#include "tests/bench/layered_scenes.h"
+#include "tests/support/cpu_renderer.h"
+#include "tests/support/random_transfer_function.h"
+
+namespace vestige::test {
+namespace {
+
+constexpr int kIntervals = 16;
+constexpr int kSamplesPerVoxel = 2;
+constexpr ImageSize kNovelSize{512, 512};
+constexpr int kAngles[] = {5, 10, 15, 30, 45, 60, 90};
+
+/// How a field is stored: the name of its lines, and by what it is reduced.
+struct Tier {
+  const char* name;
+  int factor;
+  double tolerance;  ///< of the range
+};
+constexpr Tier kTiers[] = {{"field", 1, 1e-2},
+                           {"field_loose", 1, 3e-2},
+                           {"field_tight", 1, 1e-3},
+                           {"field_half", 2, 1e-2},
+                           {"field_quarter", 4, 1e-2}};
+
+/// An orthographic camera along +y whose pixels are as wide as the narrowest spacing, one of them
+/// on each sample along that axis.
+Camera voxelCamera(const Scene& scene, ImageSize& size) {
+  const Box box = scene.domain();
+  const double pixel = scene.minimumSpacing();
+  size = {int(std::lround(box.size().x / pixel)) + 1, int(std::lround(box.size().z / pixel)) + 1};
+  Camera camera = frameBox(box, {0, 1, 0}, {0, 0, 1}, size.aspect());
+  camera.viewHeight = pixel * size.height;
+  return camera;
+}
+
+/// The field after storage.
+struct Stored {
+  ProxyImage image;
+  std::size_t bytes;
+};
+
+Stored storedField(const Scene& scene, const Tier& tier) {
+  FieldSamples samples;
+  for (std::size_t a = 0; a < 3; ++a) {
+    samples.axes[a] = {scene.size[a], scene.origin[int(a)], scene.spacing[int(a)], {}};
+  }
+  const auto [low, high] = std::minmax_element(scene.values.begin(), scene.values.end());
+  samples.low = *low;
+  samples.high = *high;
+  const double range = samples.high - samples.low;
+  for (const float value : scene.values) {
+    samples.values.push_back(float((double(value) - samples.low) / range));
+  }
+  ProxyHeader header;
+  header.field = "field";
+  header.view = kFieldView;
+  header.domain = scene.domain();
+  header.camera = frameBox(header.domain, {0, 1, 0}, {0, 0, 1}, 1.0);
+  header.statistics.low = samples.low;
+  header.statistics.high = samples.high;
+  const ProxyImage image =
+      fieldImage(header, std::move(samples), {tier.factor, tier.tolerance * range});
+  return {image, encodeExr(image).size()};
+}
+
+/// Pictures of one stored field.
+class Drawing {
+ public:
+  explicit Drawing(const Stored& stored) : source_(stored.image) {}
+
+  Picture draw(const OpticsTable::Optics& optics, const Scene& scene, const Camera& camera,
+               ImageSize size) {
+    const OpticsTable table(optics, scene.low, scene.high);
+    VolumePass::findBricks(source_.grid(), table);
+    VolumeSetup setup;
+    setup.camera = camera;
+    setup.size = size;
+    setup.table = &table;
+    return pass_.render(source_.grid(), setup).picture;
+  }
+
+ private:
+  FieldSource source_;
+  VolumePass pass_;
+};
+
+OpticsTable::Optics opticsOfIntervals(const IntervalPartition& partition,
+                                      const IntervalLook& look) {
+  return [partition, look](double value) {
+    const auto k = std::size_t(partition.channelOf(value));
+    return glm::dvec4(look.color[k] * look.extinction[k], look.extinction[k]);
+  };
+}
+
+void print(const std::string& line, double value) {
+  std::printf("%s\t%.5f\n", line.c_str(), value);
+  std::fflush(stdout);
+}
+
+/// The truth of all seeds, made when a tier first asks for it.
+struct Edits {
+  Camera camera;
+  ImageSize size;
+  std::vector<OpticsTable::Optics> optics;
+  std::vector<RgbPicture> truth;
+};
+
+void judge(const std::string& tier, const char* suffix, const Scene& scene, const Edits& edits,
+           Drawing& drawing) {
+  double sum = 0.0, least = 1e9;
+  const auto rect = projectedRect(edits.camera, scene.domain(), edits.size);
+  for (std::size_t i = 0; i < edits.optics.size(); ++i) {
+    const Picture picture = drawing.draw(edits.optics[i], scene, edits.camera, edits.size);
+    const double dB = psnr(RgbView::interleaved(edits.size, edits.truth[i].rgb),
+                           RgbView::interleaved(edits.size, picture.rgba, 4), rect);
+    sum += dB;
+    least = std::min(least, dB);
+  }
+  print("edit_psnr_" + tier + "_mean" + suffix, sum / double(edits.optics.size()));
+  print("edit_psnr_" + tier + "_min" + suffix, least);
+}
+
+class SceneBench {
+ public:
+  SceneBench(const LayeredScene& subject, const BenchOptions& options)
+      : subject_(subject),
+        options_(options),
+        scene_(namedScene(subject.name, subject.size, sceneCache())),
+        partition_(IntervalPartition::uniform(scene_.low, scene_.high, kIntervals)) {}
+
+  void measure(gl::Device& device, const Tier& tier) {
+    const std::string name = scene_.name + "_" + tier.name;
+    const auto wants = [&](const std::string& line) { return options_.wants(line); };
+    const bool constant =
+        wants("edit_psnr_" + name + "_mean") || wants("edit_psnr_" + name + "_min");
+    const bool continuous = wants("edit_psnr_" + name + "_mean_continuous") ||
+                            wants("edit_psnr_" + name + "_min_continuous");
+    std::vector<int> angles;
+    for (const int degrees : kAngles) {
+      if (wants("novel_view_dssim_" + name + "_" + std::to_string(degrees)))
+        angles.push_back(degrees);
+    }
+    const std::string bytes = "edit_bytes_percent_" + name;
+    if (!constant && !continuous && angles.empty() && !wants(bytes)) return;
+    const Stored stored = storedField(scene_, tier);
+    if (wants(bytes)) {
+      print(bytes, 100.0 * double(stored.bytes) /
+                       double(scene_.values.size() * std::size_t(scene_.nativeBytes)));
+    }
+    if (constant) constantEdits();
+    if (continuous) continuousEdits();
+    for (const int degrees : angles) novelTruth(degrees);
+    device.run([&] {
+      Drawing drawing(stored);
+      if (constant) judge(name, "", scene_, constant_, drawing);
+      if (continuous) judge(name, "_continuous", scene_, continuous_, drawing);
+      const MarchRequest request = subject_.request(scene_, kNovelSize);
+      for (const int degrees : angles) {
+        const Camera camera = turned(request, degrees);
+        const Picture picture = drawing.draw(opticsOf(request.base), scene_, camera, kNovelSize);
+        print("novel_view_dssim_" + name + "_" + std::to_string(degrees),
+              dssim(RgbView::interleaved(kNovelSize, picture.rgba, 4),
+                    RgbView::interleaved(kNovelSize, novel_[degrees].rgb),
+                    projectedRect(camera, scene_.domain(), kNovelSize)));
+        if (const char* folder = std::getenv("VESTIGE_BENCH_PICTURES")) {
+          writePicture(std::string(folder) + "/" + name + "_" + std::to_string(degrees) + ".exr",
+                       picture);
+        }
+      }
+    });
+  }
+
+ private:
+  Camera turned(const MarchRequest& request, int degrees) const {
+    return request.camera.orbited(scene_.domain().center(), glm::radians(double(degrees)), 0.0);
+  }
+
+  std::vector<RandomTransferFunction> functions() const {
+    std::vector<RandomTransferFunction> all;
+    for (std::uint64_t seed = options_.firstSeed; seed <= options_.lastSeed; ++seed) {
+      all.emplace_back(seed, partition_, boxLength(scene_.domain()));
+    }
+    return all;
+  }
+
+  void constantEdits() {
+    if (!constant_.truth.empty()) return;
+    constant_.camera = voxelCamera(scene_, constant_.size);
+    std::vector<IntervalLook> looks;
+    for (const auto& function : functions()) {
+      looks.push_back(function.constant());
+      constant_.optics.push_back(opticsOfIntervals(partition_, looks.back()));
+    }
+    constant_.truth = renderIntervals(scene_, constant_.camera, constant_.size, partition_, looks,
+                                      kSamplesPerVoxel);
+  }
+
+  void continuousEdits() {
+    if (!continuous_.truth.empty()) return;
+    continuous_.camera = voxelCamera(scene_, continuous_.size);
+    std::vector<Medium> media;
+    for (const auto& function : functions()) {
+      continuous_.optics.push_back([function](double value) {
+        const double extinction = function.extinction(value);
+        return glm::dvec4(function.color(value) * extinction, extinction);
+      });
+      media.push_back(tabulated(
+          [function](double value) {
+            return Optics{function.extinction(value), function.color(value)};
+          },
+          scene_.low, scene_.high));
+    }
+    continuous_.truth =
+        renderContinuous(scene_, continuous_.camera, continuous_.size, media, kSamplesPerVoxel);
+  }
+
+  void novelTruth(int degrees) {
+    RgbPicture& picture = novel_[degrees];
+    if (!picture.rgb.empty()) return;
+    const MarchRequest request = subject_.request(scene_, kNovelSize);
+    const Medium medium = tabulated(
+        [&](double value) {
+          return Optics{request.base.extinction(value), request.base.color(value)};
+        },
+        scene_.low, scene_.high);
+    picture = renderContinuous(scene_, turned(request, degrees), kNovelSize, std::span(&medium, 1),
+                               kSamplesPerVoxel)[0];
+  }
+
+  const LayeredScene& subject_;
+  const BenchOptions& options_;
+  Scene scene_;
+  IntervalPartition partition_;
+  Edits constant_, continuous_;
+  std::map<int, RgbPicture> novel_;
+};
+
+}  // namespace
+}  // namespace vestige::test
+
+int main(int argc, char** argv) {
+  using namespace vestige::test;
+  return runBench("bench_field", argc, argv, [](const auto& options, const auto& device) {
+    for (const LayeredScene& subject : kLayeredScenes) {
+      const std::string name = std::string(subject.name) + "_field";
+      if (!options.wantsAny("edit_psnr_" + name) &&
+          !options.wantsAny("edit_bytes_percent_" + name) &&
+          !options.wantsAny("novel_view_dssim_" + name)) {
+        continue;
+      }
+      std::fprintf(stderr, "bench_field: %s\n", subject.name);
+      SceneBench bench(subject, options);
+      for (const Tier& tier : kTiers) bench.measure(*device, tier);
+    }
+  });
+}

@@ -97,7 +97,7 @@ struct Config {
   std::optional<glm::dvec3> layerLight;  ///< direction of a light that casts shadows in its colours
   bool field = false;                    ///< the reduced field
   int fieldReduction = 1;                ///< samples averaged along each axis
-  double fieldTolerance = 1e-3;          ///< as a share of the field's range at each step ...
+  double fieldTolerance = 1e-2;          ///< as a share of the field's range at each step ...
   std::optional<double> fieldAbsoluteError;  ///< ... or in the field's units
   bool phong = false;
   double stepLength = 0.0;       ///< world; 0 = the smallest spacing

@@ -31,13 +31,13 @@ constexpr int kAngles[] = {5, 10, 15, 30, 45, 60, 90};
 struct Tier {
   const char* name;
   int factor;
-  double tolerance;  ///< of the range
+  double tolerance;  ///< of the range; errors are an order of magnitude below it as a rule
 };
-constexpr Tier kTiers[] = {{"field", 1, 1e-2},
-                           {"field_loose", 1, 3e-2},
-                           {"field_tight", 1, 1e-3},
-                           {"field_half", 2, 1e-2},
-                           {"field_quarter", 4, 1e-2}};
+constexpr Tier kTiers[] = {{"field", 1, 0x1p-4},
+                           {"field_loose", 1, 0x1p-3},
+                           {"field_tight", 1, 0x1p-7},
+                           {"field_half", 2, 0x1p-6},
+                           {"field_quarter", 4, 0x1p-6}};
 
 /// An orthographic camera along +y whose pixels are as wide as the narrowest spacing, one of them
 /// on each sample along that axis.

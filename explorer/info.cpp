@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "explorer/stack_source.h"
 #include "proxy/error.h"
 #include "proxy/field_layout.h"
 
@@ -113,7 +114,8 @@ json archiveInfo(const Archive& archive) {
     viewRows.try_emplace(row.view, row);
     // The latest row with intervals says most of a field.
     const auto found = fieldRows.find(row.field);
-    const bool intervals = row.proxy == kind::kLength || row.proxy == kind::kAttenuation;
+    const bool intervals =
+        row.proxy == kind::kLength || row.proxy == kind::kAttenuation || row.proxy == kind::kSliced;
     if (found == fieldRows.end() || intervals) fieldRows[row.field] = row;
   }
   info["views"] = json::array();
@@ -142,6 +144,17 @@ json archiveInfo(const Archive& archive) {
                                     {"samples", {axes[0].count, axes[1].count, axes[2].count}},
                                     {"reduction", header.grid->reduction},
                                     {"tolerance", header.grid->tolerance}});
+  }
+  info["stacks"] = json::array();
+  for (const ArchiveRow& row : archive.rows()) {
+    if (row.proxy != kind::kSliced || row.cycle != archive.cycles().back()) continue;
+    const ExrFile file = archive.open(row);
+    const int levels = levelsOfStack(file);
+    info["stacks"].push_back({{"view", row.view},
+                              {"field", row.field},
+                              {"slabs", file.header().slabDepths.size() - 1},
+                              {"levels", levels},
+                              {"error", errorOfStack(file.header(), levels)}});
   }
   info["proxies"] = json::array();
   std::uint64_t bytes = 0;
@@ -194,6 +207,10 @@ std::string infoText(const json& info) {
                         stored["name"].get<std::string>(), stored["samples"][0].dump(),
                         stored["samples"][1].dump(), stored["samples"][2].dump(),
                         stored["reduction"].dump(), stored["tolerance"].get<double>());
+  }
+  for (const json& stack : info["stacks"]) {
+    text += fmt::format("  stack of {} in view {}: {}\n", stack["field"].get<std::string>(),
+                        stack["view"].get<std::string>(), stack["error"].get<std::string>());
   }
   for (const json& proxy : info["proxies"]) {
     text +=

@@ -39,6 +39,12 @@ struct ProfilePiece {
     }
     return y < 0.0f ? 0.0f : y > 1.0f ? 1.0f : y;
   }
+  /// How far `at` may be wrong: least where the run crosses its interval, most on plateaus.
+  float doubt() const {
+    if (plateau >= 0.0f || (y0 == y1 && d0 == d1)) return 0.25f;
+    if (y0 == y1) return 0.03f * (d0 > d1 ? d0 - d1 : d1 - d0);
+    return 0.05f;
+  }
 };
 
 /// A continuous field along a ray that has exactly its runs: it passes every bound where one run
@@ -60,6 +66,7 @@ class RunProfile {
   double value(int rank, float y) const {
     return low_[std::size_t(rank)] + double(y) * width_[std::size_t(rank)];
   }
+  double width(int rank) const { return width_[std::size_t(rank)]; }
   int noData() const { return noData_; }
 
  private:

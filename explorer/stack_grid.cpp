@@ -28,9 +28,14 @@ glm::ivec3 sizeOf(const ProxyHeader& header) {
   const double depth = header.slabDepths.back() - header.slabDepths.front();
   const double pixel = header.camera.viewHeight / size.height;
   const double most = double(StackSamples::kMostCells / size.pixels());
-  const double slabs = double(header.slabDepths.size() - 1);
-  return {size.width, size.height,
-          int(std::min(most, std::clamp(std::round(depth / pixel), slabs, 2048.0)))};
+  const double slabs = double(header.slabDepths.size());
+  const double wanted = std::clamp(std::round(depth / pixel) + 1.0, slabs, 2048.0);
+  return {size.width, size.height, int(std::max(std::min(most, wanted), 2.0))};
+}
+
+/// Distance of the samples along a ray.
+double stepOf(const ProxyHeader& header, int count) {
+  return (header.slabDepths.back() - header.slabDepths.front()) / (count - 1);
 }
 
 /// The columns of one row of pixels, [z][x].
@@ -41,13 +46,13 @@ class RowSampler {
       : runs_(runs),
         profile_(*header.partition, header.statistics),
         size_(size),
-        step_(float((header.slabDepths.back() - header.slabDepths.front()) / size.z)),
+        step_(float(stepOf(header, size.z))),
         zero_(zero),
         unit_(unit) {}
 
-  void sample(int y, float* out) {
+  void sample(int y, float* out, std::uint8_t* doubt) {
     const auto width = std::size_t(size_.x);
-    for (std::size_t x = 0; x < width; ++x) column(std::size_t(y) * width + x, out + x);
+    for (std::size_t x = 0; x < width; ++x) column(std::size_t(y) * width + x, out + x, doubt + x);
   }
 
  private:
@@ -56,17 +61,20 @@ class RowSampler {
     return float((profile_.value(piece.rank, piece.at(t)) - zero_) / unit_);
   }
 
-  void column(std::size_t pixel, float* out) {
+  void column(std::size_t pixel, float* out, std::uint8_t* doubt) {
     const auto& pieces = profile_.of(runs_, pixel);
     const auto stride = std::size_t(size_.x);
     if (pieces.empty()) {
-      for (int z = 0; z < size_.z; ++z) out[std::size_t(z) * stride] = kNone;
+      for (int z = 0; z < size_.z; ++z) {
+        out[std::size_t(z) * stride] = kNone;
+        doubt[std::size_t(z) * stride] = 0;
+      }
       return;
     }
     std::size_t at = 0;
     float begin = runs_.enter[pixel];
     for (int z = 0; z < size_.z; ++z) {
-      const float depth = (float(z) + 0.5f) * step_;
+      const float depth = float(z) * step_;
       while (at + 1 < pieces.size() && depth >= begin + pieces[at].length) {
         begin += pieces[at++].length;
       }
@@ -74,6 +82,9 @@ class RowSampler {
       const float t =
           piece.length > 0.0f ? std::clamp((depth - begin) / piece.length, 0.0f, 1.0f) : 0.5f;
       out[std::size_t(z) * stride] = value(piece, t);
+      const double wrong = double(piece.doubt()) * profile_.width(piece.rank) / unit_;
+      doubt[std::size_t(z) * stride] =
+          std::uint8_t(std::min(wrong / double(StackSamples::kDoubtUnit), 255.0));
     }
   }
 
@@ -120,7 +131,9 @@ StackSamples sampledStack(const ProxyHeader& header, const RunLists& runs) {
   StackSamples samples;
   samples.size = sizeOf(header);
   const ImageSize size = header.size;
-  const double near = header.slabDepths.front(), far = header.slabDepths.back();
+  // The first and the last cell have their middles on the outer faces.
+  const double half = 0.5 * stepOf(header, samples.size.z);
+  const double near = header.slabDepths.front() - half, far = header.slabDepths.back() + half;
   const auto corner = [&](double x, double y, double z) {
     return header.camera.unproject({x * size.width, y * size.height, z}, size);
   };
@@ -128,19 +141,25 @@ StackSamples sampledStack(const ProxyHeader& header, const RunLists& runs) {
   samples.worldFromGrid = glm::dmat4(
       glm::dvec4(corner(1, 0, near) - origin, 0.0), glm::dvec4(corner(0, 1, near) - origin, 0.0),
       glm::dvec4(corner(0, 0, far) - origin, 0.0), glm::dvec4(origin, 1.0));
+  const double slabs = double(header.slabDepths.size() - 1);
+  samples.blur = float((samples.size.z - 1) / slabs / SlicedStack::kTurns);
   samples.zero = header.partition->low();
   samples.unit = header.partition->high() - header.partition->low();
   const auto row = std::size_t(samples.size.x);
   const std::size_t plane = row * std::size_t(samples.size.y);
   samples.values.resize(plane * std::size_t(samples.size.z));
+  samples.doubt.resize(samples.values.size());
   parallelRanges(samples.size.y, [&](int begin, int end) {
     RowSampler sampler(header, runs, samples.size, samples.zero, samples.unit);
     std::vector<float> columns(row * std::size_t(samples.size.z));
+    std::vector<std::uint8_t> doubts(columns.size());
     for (int y = begin; y < end; ++y) {
-      sampler.sample(y, columns.data());
+      sampler.sample(y, columns.data(), doubts.data());
       for (std::size_t z = 0; z < std::size_t(samples.size.z); ++z) {
-        std::copy_n(columns.begin() + std::ptrdiff_t(z * row), row,
-                    samples.values.begin() + std::ptrdiff_t(z * plane + std::size_t(y) * row));
+        const auto from = std::ptrdiff_t(z * row);
+        const auto to = std::ptrdiff_t(z * plane + std::size_t(y) * row);
+        std::copy_n(columns.begin() + from, row, samples.values.begin() + to);
+        std::copy_n(doubts.begin() + from, row, samples.doubt.begin() + to);
       }
     }
   });
@@ -165,10 +184,12 @@ class Resampler {
     y_ = cell({0, 1, 0}) - start_;
     z_ = cell({0, 0, 1}) - start_;
     plane_ = std::size_t(from.size.x) * std::size_t(from.size.y);
+    window_ = std::max(1, int(std::lround(from.blur)));
+    perWindow_ = from.blur / float(window_);
   }
 
   struct Value {
-    float value, change;
+    float value, wrong;  ///< wrong: squared
   };
   Value at(int x, int y, int z) const {
     const glm::dvec3 cell = start_ + double(x) * x_ + double(y) * y_ + double(z) * z_;
@@ -194,19 +215,26 @@ class Resampler {
     const float near = along(p), far = along(p + next[2]);
     float least = HUGE_VALF, most = -HUGE_VALF;
     const int middle = int(std::clamp(cell.z, 0.0, double(from_.size.z - 1)) + 0.5);
-    for (int k = middle - kBlurCells; k <= middle + kBlurCells; ++k) {
+    for (int k = middle - window_; k <= middle + window_; ++k) {
       const auto row = std::size_t(std::clamp(k, 0, from_.size.z - 1));
       const float v = from_.values[row * plane_ + nearest];
       least = std::min(least, v);
       most = std::max(most, v);
     }
-    return {near + t.z * (far - near), most - least};
+    const float change = perWindow_ * (most - least);
+    const float doubt =
+        from_.doubt.empty()
+            ? 0.0f
+            : float(from_.doubt[std::size_t(middle) * plane_ + nearest]) * StackSamples::kDoubtUnit;
+    return {near + t.z * (far - near), change * change + doubt * doubt};
   }
 
  private:
   const StackSamples& from_;
   glm::dvec3 start_{0.0}, x_{0.0}, y_{0.0}, z_{0.0};
   std::size_t plane_ = 0;
+  int window_ = 1;
+  float perWindow_ = 1.0f;
 };
 
 /// The value at half of the weights, each of which is spread evenly around its value's place.
@@ -233,9 +261,9 @@ float weightedMedian(std::span<std::pair<float, float>> valueAndWeight) {
 
 StackSamples fusedStacks(std::vector<StackSamples> stacks) {
   if (stacks.size() == 1) return std::move(stacks.front());
-  constexpr float kLeastChange = 1.0f / 64.0f;
+  constexpr float kLeast = 1.0f / 128.0f;
   const StackSamples& first = stacks.front();
-  StackSamples result{first.size, first.worldFromGrid, first.unit, first.zero, {}};
+  StackSamples result{first.size, first.worldFromGrid, first.unit, first.zero, {}, {}, 0.0f};
   result.values.resize(first.values.size());
   std::vector<Resampler> resamplers;
   for (const StackSamples& stack : stacks) resamplers.emplace_back(stack, first);
@@ -249,12 +277,12 @@ StackSamples fusedStacks(std::vector<StackSamples> stacks) {
         for (int x = 0; x < size.x; ++x) {
           known.clear();
           for (std::size_t s = 0; s < stacks.size(); ++s) {
-            auto [value, change] = resamplers[s].at(x, y, z);
+            auto [value, wrong] = resamplers[s].at(x, y, z);
             if (!std::isfinite(value)) continue;
             // All stacks of a field have its partition's unit, or it is brought to the first's.
             value =
                 float((double(value) * stacks[s].unit + stacks[s].zero - first.zero) / first.unit);
-            known.emplace_back(value, 1.0f / (change * change + kLeastChange * kLeastChange));
+            known.emplace_back(value, 1.0f / (wrong + kLeast * kLeast));
           }
           // What most stacks have no data for has none.
           out[x] = 2 * known.size() > stacks.size() || known.size() == stacks.size()

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "explorer/look_grid.h"
@@ -19,6 +20,10 @@ struct StackSamples {
   glm::dmat4 worldFromGrid{1.0};
   double unit = 1.0, zero = 0.0;  ///< value = number * unit + zero
   std::vector<float> values;      ///< x fastest; NaN = no data, or outside of the domain
+  /// How far each may be wrong, in kDoubtUnit; empty = not at all.
+  std::vector<std::uint8_t> doubt;
+  static constexpr float kDoubtUnit = 1.0f / 1024.0f;
+  float blur = 0.0f;  ///< cells in depth within which crossings may lie: an eighth of a slab
 
   LookGrid upload() const;
 };
@@ -29,12 +34,12 @@ struct StackSamples {
 /// InvalidArgument for a view of more pixels than kMostCells.
 StackSamples sampledStack(const ProxyHeader& header, const RunLists& runs);
 
-/// One field from several stacks of it, on the grid of the first. A stack is least certain along
-/// its own rays, by as much as its values change within kBlurCells cells there; so each cell takes
-/// the median of the stacks' values, weighted by 1 / (change^2 + (1 / 64 of the range)^2) and
-/// interpolated between them: edges that one stack sees head on are placed by those that see them
-/// from the side. The same grid when there is one.
+/// One field from several stacks of it, on the grid of the first. Each cell takes the median of the
+/// stacks' values, weighted by 1 / (change^2 + doubt^2 + (1 / 128 of the range)^2) and interpolated
+/// between them. Change: along its own rays a stack is uncertain by as much as its values change
+/// within an eighth of a slab, so edges that one stack sees head on are placed by those that see
+/// them from the side; doubt: how far a run says where in its interval the value is
+/// (ProfilePiece::doubt). The same grid when there is one stack.
 StackSamples fusedStacks(std::vector<StackSamples> stacks);
-inline constexpr int kBlurCells = 2;
 
 }  // namespace vestige

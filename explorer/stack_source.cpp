@@ -11,6 +11,7 @@
 #include "explorer/stack_grid.h"
 #include "proxy/error.h"
 #include "proxy/sliced_stack.h"
+#include "proxy/storage_quantiser.h"
 
 namespace vestige {
 namespace {
@@ -156,6 +157,10 @@ std::string errorOfStack(const ProxyHeader& header, int levels) {
       "{} slabs of {:.4g}, lengths within {:.3g} of a slab, values within {:.4g}; within a slab "
       "the order is exact where values rise or fall, turns lie within {:.4g}",
       header.slabDepths.size() - 1, thickest, 1.0 / levels, widest, thickest / SlicedStack::kTurns);
+}
+
+int levelsOfStack(const ExrFile& file) {
+  return int(std::lround(1.0 / (file.unitOf("slab00") * kHalfQuantum)));
 }
 
 }  // namespace vestige

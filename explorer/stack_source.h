@@ -46,5 +46,7 @@ class StackSource {
 /// What bounds the error of a stack, in a sentence: widths of intervals, thickness of slabs,
 /// levels.
 std::string errorOfStack(const ProxyHeader& header, int levels);
+/// Into how many levels the file of a stack divides a ray's stretch in a slab.
+int levelsOfStack(const ExrFile& file);
 
 }  // namespace vestige

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/trigonometric.hpp>
+#include <nlohmann/json.hpp>
+
+#include "explorer/info.h"
+#include "explorer/renderer.h"
+#include "explorer/stack_grid.h"
+#include "proxy/archive.h"
+#include "proxy/error.h"
+#include "proxy/gl/device.h"
+#include "proxy/proxy_layout.h"
+#include "synthetic.h"
+#include "tests/support/cpu_renderer.h"
+#include "tests/support/walked_stack.h"
+
+namespace vestige {
+namespace {
+
+std::shared_ptr<gl::Device> device() {
+  static const std::shared_ptr<gl::Device> shared = gl::Device::create();
+  return shared;
+}
+
+/// A field with folds, so that rays turn within slabs.
+const test::Scene& scene() {
+  static const test::Scene made =
+      test::makeScene("folds", 40, {glm::dvec3(-1.0), glm::dvec3(1.0)}, [](glm::dvec3 p) {
+        return 0.5 + 0.3 * std::sin(4.0 * p.x * p.y + p.z) + 0.2 * std::cos(5.0 * p.z - p.y);
+      });
+  return made;
+}
+
+IntervalPartition partition() { return IntervalPartition::uniform(0.0, 1.0, 8); }
+
+TransferFunction baseFunction() {
+  return {{{0.0, 0.0}, {0.3, 0.02}, {0.6, 0.0}, {0.8, 0.4}, {1.0, 0.1}},
+          0.2,
+          Colormap::named("viridis"),
+          0.0,
+          1.0};
+}
+
+SlicedStack stackAlong(const std::string& view, glm::dvec3 forward, glm::dvec3 up) {
+  const test::VoxelView at = test::voxelView(scene(), forward, up);
+  SlicedStack stack = test::walkedStack(scene(), at.camera, at.size, partition(), 8, 32);
+  stack.header.view = view;
+  stack.header.base = baseFunction();
+  stack.header.statistics.high = 1.0;
+  return stack;
+}
+
+test::Medium medium() {
+  return [](double value) {
+    const TransferFunction function = baseFunction();
+    return test::Optics{function.extinction(value), function.color(value)};
+  };
+}
+
+test::RgbPicture truth(const Camera& camera, ImageSize size) {
+  const test::Medium table = test::tabulated(medium(), 0.0, 1.0);
+  return test::renderContinuous(scene(), camera, size, std::span(&table, 1), 4)[0];
+}
+
+double meanDifference(const Picture& picture, const test::RgbPicture& wanted) {
+  EXPECT_EQ(picture.size, wanted.size);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < wanted.size.pixels(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      sum += std::abs(double(picture.rgba[4 * i + c]) - double(wanted.rgb[3 * i + c]));
+    }
+  }
+  return sum / double(wanted.rgb.size());
+}
+
+/// An archive with three stacks and the run's picture of the first.
+class StackRendering : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new synthetic::TemporaryFolder;
+    ArchiveWriter writer(folder_->path() / "stacks.cdb", ExistingArchive::Refuse);
+    std::vector<EncodedProxy> proxies;
+    const auto add = [&](const SlicedStack& stack) { proxies.push_back(encodeProxy(stack)); };
+    const SlicedStack front = stackAlong("stack-front", {0, 1, 0}, {0, 0, 1});
+    add(front);
+    add(stackAlong("stack-left", {1, 0, 0}, {0, 0, 1}));
+    add(stackAlong("stack-top", {0, 0, -1}, {0, 1, 0}));
+    const test::RgbPicture own = truth(front.header.camera, front.header.size);
+    const std::size_t pixels = front.header.size.pixels();
+    std::vector<float> rgb(3 * pixels), transmittance(pixels, 0.0f);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      for (std::size_t c = 0; c < 3; ++c) rgb[c * pixels + i] = own.rgb[3 * i + c];
+    }
+    proxies.push_back(encodeProxy(referenceImage(front.header, rgb, transmittance)));
+    writer.writeStep(proxies);
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  Renderer renderer() const {
+    return {device(), std::make_shared<const Archive>(folder_->path() / "stacks.cdb")};
+  }
+  static Look plainLook() {
+    Look look;
+    look.background.reset();
+    return look;
+  }
+  static bool says(const Rendered& rendered, const std::string& text) {
+    for (const std::string& note : rendered.notes) {
+      if (note.find(text) != note.npos) return true;
+    }
+    return false;
+  }
+
+  static synthetic::TemporaryFolder* folder_;
+};
+synthetic::TemporaryFolder* StackRendering::folder_ = nullptr;
+
+TEST_F(StackRendering, AStackAnswersItsOwnView) {
+  Look look = plainLook();
+  look.trust = true;
+  look.source = Source::Sliced;
+  Renderer made = renderer();
+  const Rendered rendered = made.render(look);
+  EXPECT_TRUE(says(rendered, "sliced answers: 8 slabs of"));
+  EXPECT_GT(rendered.shares.data, 0.1);
+  EXPECT_GT(rendered.shares.data + rendered.shares.interpolation, 0.9);
+  look.trust = false;
+  EXPECT_LT(
+      meanDifference(made.render(look).picture, truth(rendered.camera, rendered.picture.size)),
+      0.01);
+  look.source = Source::Auto;
+  EXPECT_TRUE(says(made.render(look), "sliced answers"));
+}
+
+TEST_F(StackRendering, MeasuresItsErrorAgainstTheRunsOwnPicture) {
+  const auto own = renderer().ownLook(plainLook());
+  ASSERT_TRUE(own.has_value());
+  EXPECT_EQ(own->view, "stack-front");
+  double sum = 0.0;
+  for (std::size_t i = 0; i < own->made.rgba.size(); ++i) {
+    if (i % 4 != 3) sum += std::abs(double(own->made.rgba[i]) - double(own->stored.rgba[i]));
+  }
+  EXPECT_LT(sum / double(own->made.rgba.size()), 0.01);
+  Look left = plainLook();
+  left.view = "stack-left";
+  EXPECT_FALSE(renderer().ownLook(left).has_value());
+}
+
+TEST_F(StackRendering, TurnedViewsAreDrawnFromAllStacks) {
+  Renderer made = renderer();
+  for (const auto& [azimuth, elevation] : {std::pair{10.0, 0.0}, {40.0, 30.0}, {120.0, -70.0}}) {
+    Look look = plainLook();
+    look.rotate = {azimuth, elevation, 0.0};
+    const Rendered rendered = made.render(look);
+    EXPECT_TRUE(says(rendered, "stacks 'stack-front', 'stack-left', 'stack-top'"));
+    EXPECT_LT(meanDifference(rendered.picture, truth(rendered.camera, rendered.picture.size)), 0.02)
+        << azimuth;
+    look.trust = true;
+    const Rendered trusted = made.render(look);
+    EXPECT_EQ(trusted.shares.data, 0.0);
+    EXPECT_EQ(trusted.shares.guess, 0.0);
+    EXPECT_EQ(trusted.shares.interpolation, 1.0);
+  }
+}
+
+TEST_F(StackRendering, GridsShowSurfacesMaximaLightAndClips) {
+  Renderer made = renderer();
+  Look look = plainLook();
+  look.rotate = {30.0, 20.0, 0.0};
+  const auto light = [&](const Look& l) {
+    const Rendered rendered = made.render(l);
+    double sum = 0.0;
+    for (const float v : rendered.picture.rgba) sum += double(v);
+    EXPECT_TRUE(std::isfinite(sum));
+    return sum;
+  };
+  const double plain = light(look);
+  Look lit = look, clipped = look, surface = look, mip = look;
+  lit.shading = Shading::Phong;
+  clipped.clip = Box{glm::dvec3(-1.0), {1.0, 0.0, 1.0}};
+  surface.draw = Draw::Isosurface;
+  surface.isosurfaces = {{0.7, 1.0}};
+  mip.draw = Draw::Mip;
+  EXPECT_NE(light(lit), plain);
+  EXPECT_LT(light(clipped), plain);
+  EXPECT_GT(light(surface), 0.0);
+  EXPECT_GT(light(mip), plain);
+}
+
+TEST_F(StackRendering, EnhancementIsForTheStoredView) {
+  Look look = plainLook();
+  look.enhance.on = true;
+  Renderer made = renderer();
+  EXPECT_TRUE(says(made.render(look), "sliced answers"));
+  look.rotate.azimuth = 20.0;
+  try {
+    made.render(look);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Config);
+  }
+}
+
+TEST_F(StackRendering, SaysWhenThereIsNoStack) {
+  synthetic::writeArchive(folder_->path() / "flat.cdb", {32, 32}, 1);
+  Look look = plainLook();
+  look.source = Source::Sliced;
+  try {
+    Renderer(device(), std::make_shared<const Archive>(folder_->path() / "flat.cdb")).render(look);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::NotFound);
+    EXPECT_NE(std::string(error.what()).find("no sliced proxy"), std::string::npos);
+  }
+}
+
+TEST_F(StackRendering, InfoStatesTheErrorOfEachStack) {
+  const nlohmann::json info = archiveInfo(Archive(folder_->path() / "stacks.cdb"));
+  ASSERT_EQ(info["stacks"].size(), 3u);
+  EXPECT_EQ(info["stacks"][0]["levels"], 32);
+  EXPECT_EQ(info["stacks"][0]["slabs"], 8);
+  EXPECT_NE(infoText(info).find("stack of field in view stack-front: 8 slabs of 0.25"),
+            std::string::npos);
+}
+
+TEST(StackGrid, SeveralStacksAreTruerThanOne) {
+  std::vector<StackSamples> samples;
+  for (const SlicedStack& stack :
+       {stackAlong("a", {0, 1, 0}, {0, 0, 1}), stackAlong("b", {1, 0, 0}, {0, 0, 1}),
+        stackAlong("c", {0, 0, -1}, {0, 1, 0})}) {
+    samples.push_back(sampledStack(stack.header, runsOfStack(stack)));
+  }
+  const auto error = [](const StackSamples& grid) {
+    double sum = 0.0;
+    std::size_t i = 0;
+    for (int z = 0; z < grid.size.z; ++z) {
+      for (int y = 0; y < grid.size.y; ++y) {
+        for (int x = 0; x < grid.size.x; ++x, ++i) {
+          const glm::dvec3 at = (glm::dvec3(x, y, z) + 0.5) / glm::dvec3(grid.size);
+          const glm::dvec3 world(grid.worldFromGrid * glm::dvec4(at, 1.0));
+          sum += std::abs(double(grid.values[i]) * grid.unit + grid.zero - scene().sample(world));
+        }
+      }
+    }
+    return sum / double(grid.values.size());
+  };
+  double one = 0.0;
+  for (const StackSamples& grid : samples) one += error(grid) / 3.0;
+  EXPECT_LT(one, 0.5 / 8.0 / 2.0) << "far less than an interval";
+  EXPECT_LT(error(fusedStacks(samples)), 0.95 * one) << "than one on average";
+}
+
+TEST(StackGrid, NoDataStaysNoData) {
+  test::Scene holed = scene();
+  holed.values[holed.values.size() / 2 + 20] = NAN;
+  const test::VoxelView at = test::voxelView(holed, {0, 1, 0}, {0, 0, 1});
+  const SlicedStack stack = test::walkedStack(holed, at.camera, at.size, partition(), 8, 32);
+  const StackSamples samples = sampledStack(stack.header, runsOfStack(stack));
+  std::size_t holes = 0;
+  for (const float value : samples.values) holes += !std::isfinite(value);
+  EXPECT_GT(holes, 0u);
+  EXPECT_LT(holes, 64u);
+}
+
+}  // namespace
+}  // namespace vestige

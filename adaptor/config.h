@@ -69,7 +69,7 @@ struct TriggerConfig {
 struct SlicedConfig {
   std::string stacks = "axes";  ///< "views", or a set of viewSet(); opposite views count once
   int pixels = 512;             ///< most along a side of a stack of a set
-  int slabs = 16;
+  int slabs = 20;
   int levels = 32;  ///< of a ray's stretch in a slab
 };
 

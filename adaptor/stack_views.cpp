@@ -24,21 +24,31 @@ std::vector<double> evenDepths(const Camera& camera, const Box& domain, int slab
   return depths;
 }
 
-/// The smallest distance between neighbouring samples along the axes across `forward`; 0 = there
-/// are none.
-double spacingAcross(const BlockSet& blocks, Location location, glm::dvec3 forward) {
+/// The smallest distance between neighbouring samples along an axis; 0 = there are none.
+double spacingAlong(const BlockSet& blocks, Location location, int axis) {
   double smallest = std::numeric_limits<double>::infinity();
   for (const auto& [index, block] : blocks.blocks()) {
     if (block.grid.empty()) continue;
     const BlockGrid grid = blocks.marchGrid(index, location);
-    for (int axis = 0; axis < 3; ++axis) {
-      if (std::abs(forward[axis]) > 0.5) continue;
-      const auto& nodes = grid.nodes[std::size_t(axis)];
-      for (std::size_t i = 1; i < nodes.size(); ++i)
-        smallest = std::min(smallest, nodes[i] - nodes[i - 1]);
-    }
+    const auto& nodes = grid.nodes[std::size_t(axis)];
+    for (std::size_t i = 1; i < nodes.size(); ++i)
+      smallest = std::min(smallest, nodes[i] - nodes[i - 1]);
   }
   return std::isfinite(smallest) ? smallest : 0.0;
+}
+
+/// The side of a pixel that covers as much as a sample does across the view; 0 = there are none.
+double pixelOf(const BlockSet& blocks, Location location, glm::dvec3 forward) {
+  double product = 1.0;
+  int across = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double spacing =
+        std::abs(forward[axis]) > 0.5 ? 0.0 : spacingAlong(blocks, location, axis);
+    if (!(spacing > 0.0)) continue;
+    product *= spacing;
+    ++across;
+  }
+  return across == 0 ? 0.0 : std::pow(product, 1.0 / across);
 }
 
 StackView ownView(const SlicedConfig& sliced, View view, const BlockSet& blocks,
@@ -47,25 +57,24 @@ StackView ownView(const SlicedConfig& sliced, View view, const BlockSet& blocks,
   const glm::dvec3 extent = domain.size();
   const double width = std::abs(glm::dot(extent, glm::abs(view.camera.right())));
   const double height = std::abs(glm::dot(extent, glm::abs(view.camera.up)));
-  const bool onFaces = location == Location::Point;
-  const double spacing = spacingAcross(blocks, location, view.camera.forward);
-  double pitch = spacing > 0.0 ? spacing : std::max(width, height);
+  // Pixels per side: a sample on each face makes one more than there are distances. The longer side
+  // fits; the outermost pixels of the other may stand inside, or past the last cell.
+  const int onFaces = location == Location::Point ? 1 : 0;
+  const double longer = std::max(width, height);
+  double pixel = pixelOf(blocks, location, view.camera.forward);
+  if (!(pixel > 0.0)) pixel = longer;
+  const double most = double(sliced.pixels - onFaces);
+  const double along = std::clamp(std::nearbyint(longer / pixel), 1.0, std::max(most, 1.0));
+  pixel = longer / along;
   const auto count = [&](double side) {
-    return int(std::min(std::nearbyint(side / pitch) + (onFaces ? 1.0 : 0.0), 1e6));
+    const double pixels = side / pixel;
+    return std::max(1,
+                    onFaces ? int(std::floor(pixels + 1e-6)) + 1 : int(std::ceil(pixels - 1e-6)));
   };
-  ImageSize size{std::max(1, count(width)), std::max(1, count(height))};
-  double shrink = onFaces ? 1.0 - kInside : 1.0;
-  if (std::max(size.width, size.height) > sliced.pixels) {
-    pitch = std::max(width, height) / sliced.pixels;
-    // Less than a pixel too many where the other side is no whole number of them.
-    const auto fitting = [&](double side) {
-      return std::clamp(int(std::ceil(side / pitch - 1e-6)), 1, sliced.pixels);
-    };
-    size = {fitting(width), fitting(height)};
-    shrink = 1.0;
-  }
+  const ImageSize size{std::min(count(width), sliced.pixels),
+                       std::min(count(height), sliced.pixels)};
   view.name = "stack-" + view.name;
-  view.camera.viewHeight = size.height * pitch * shrink;
+  view.camera.viewHeight = size.height * pixel * (onFaces ? 1.0 - kInside : 1.0);
   return {std::move(view), size, {}};
 }
 

@@ -17,8 +17,8 @@ struct StackView {
 };
 
 /// The stacks that [sliced] asks for. Those of a set have cameras of their own, "stack-front" and
-/// so on, whose pixels are the samples of the field as far as SlicedConfig::pixels allows: square,
-/// as wide as the smallest distance of samples across the view, and centred on them.
+/// so on, with as many pixels as there are samples across the view as far as SlicedConfig::pixels
+/// allows: square, centred on the samples of point data and of cells that are square as well.
 std::vector<StackView> stackViews(const Config& config, const std::vector<View>& views,
                                   const BlockSet& blocks, Location location);
 

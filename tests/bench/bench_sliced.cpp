@@ -25,7 +25,7 @@
 namespace vestige::test {
 namespace {
 
-constexpr int kSlabs = 16, kLevels = 32;
+constexpr int kSlabs = 20, kLevels = 32;
 constexpr int kSamplesPerVoxel = 2;
 
 FieldStatistics statisticsOf(const Scene& scene) {
@@ -70,8 +70,8 @@ Stored storedStack(Marcher& marcher, const Scene& scene, glm::dvec3 forward, glm
   marcher.marchSlabs(request, header.slabDepths,
                      [&](int, const SlabRays& rays) { builder.add(rays); });
   const auto bytes = encodeStack(builder.take());
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("vestige-bench-sliced-" + scene.name + ".exr");
+  const auto path =
+      std::filesystem::temp_directory_path() / ("vestige-bench-sliced-" + scene.name + ".exr");
   std::ofstream(path, std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
   Stored stored{readStack(ExrFile(path)), bytes.size()};
@@ -106,9 +106,7 @@ ChannelTable fineMeans(const RandomTransferFunction& function, const FineChannel
   for (int k = 0; k < channels.partition().intervals(); ++k) {
     const double low = bounds[std::size_t(k)], width = bounds[std::size_t(k) + 1] - low;
     for (int part = 0; part < channels.parts(); ++part) {
-      const auto at = [&](double share) {
-        return low + width * (part + share) / channels.parts();
-      };
+      const auto at = [&](double share) { return low + width * (part + share) / channels.parts(); };
       double sum = 0.0;
       for (int i = 0; i < kSamples; ++i) sum += function.extinction(at((i + 0.5) / kSamples));
       const auto channel = std::size_t(channels.channel(k + 1, part));
@@ -177,10 +175,10 @@ void measureEdits(const std::shared_ptr<gl::Device>& device, Marcher& marcher, c
     if (continuous) {
       std::vector<ChannelTable> tables;
       for (const auto& function : functions.all) tables.push_back(fineMeans(function, channels));
-      printEdits(*device, scene, stored, tables,
-                 renderContinuous(scene, header.camera, header.size, functions.media,
-                                  kSamplesPerVoxel),
-                 channels, suffix);
+      printEdits(
+          *device, scene, stored, tables,
+          renderContinuous(scene, header.camera, header.size, functions.media, kSamplesPerVoxel),
+          channels, suffix);
     }
   }
 }

@@ -48,11 +48,17 @@ class RowSampler {
         size_(size),
         step_(float(stepOf(header, size.z))),
         zero_(zero),
-        unit_(unit) {}
+        unit_(unit),
+        doubt_(std::size_t(size.z)) {
+    // Crossings may lie an eighth of a slab away.
+    const float blur = float((size.z - 1) / double(header.slabDepths.size() - 1) / 8.0);
+    window_ = std::max(1, int(std::lround(blur)));
+    perWindow_ = blur / float(window_);
+  }
 
-  void sample(int y, float* out, std::uint8_t* doubt) {
+  void sample(int y, float* out, std::uint8_t* wrong) {
     const auto width = std::size_t(size_.x);
-    for (std::size_t x = 0; x < width; ++x) column(std::size_t(y) * width + x, out + x, doubt + x);
+    for (std::size_t x = 0; x < width; ++x) column(std::size_t(y) * width + x, out + x, wrong + x);
   }
 
  private:
@@ -61,13 +67,13 @@ class RowSampler {
     return float((profile_.value(piece.rank, piece.at(t)) - zero_) / unit_);
   }
 
-  void column(std::size_t pixel, float* out, std::uint8_t* doubt) {
+  void column(std::size_t pixel, float* out, std::uint8_t* wrong) {
     const auto& pieces = profile_.of(runs_, pixel);
     const auto stride = std::size_t(size_.x);
     if (pieces.empty()) {
       for (int z = 0; z < size_.z; ++z) {
         out[std::size_t(z) * stride] = kNone;
-        doubt[std::size_t(z) * stride] = 0;
+        wrong[std::size_t(z) * stride] = 0;
       }
       return;
     }
@@ -82,9 +88,19 @@ class RowSampler {
       const float t =
           piece.length > 0.0f ? std::clamp((depth - begin) / piece.length, 0.0f, 1.0f) : 0.5f;
       out[std::size_t(z) * stride] = value(piece, t);
-      const double wrong = double(piece.doubt()) * profile_.width(piece.rank) / unit_;
-      doubt[std::size_t(z) * stride] =
-          std::uint8_t(std::min(wrong / double(StackSamples::kDoubtUnit), 255.0));
+      doubt_[std::size_t(z)] = piece.doubt() * float(profile_.width(piece.rank) / unit_);
+    }
+    for (int z = 0; z < size_.z; ++z) {
+      float least = HUGE_VALF, most = -HUGE_VALF;
+      for (int k = std::max(z - window_, 0); k <= std::min(z + window_, size_.z - 1); ++k) {
+        const float v = out[std::size_t(k) * stride];
+        least = std::min(least, v);
+        most = std::max(most, v);
+      }
+      const float change = perWindow_ * std::max(most - least, 0.0f);
+      const float both = std::hypot(change, doubt_[std::size_t(z)]);
+      wrong[std::size_t(z) * stride] =
+          std::uint8_t(std::min(both / StackSamples::kWrongUnit, 255.0f));
     }
   }
 
@@ -93,6 +109,9 @@ class RowSampler {
   glm::ivec3 size_;
   float step_;
   double zero_, unit_;
+  int window_ = 1;  ///< cells
+  float perWindow_ = 1.0f;
+  std::vector<float> doubt_;
 };
 
 /// Gives rays that miss the values of their neighbours that do not.
@@ -141,25 +160,23 @@ StackSamples sampledStack(const ProxyHeader& header, const RunLists& runs) {
   samples.worldFromGrid = glm::dmat4(
       glm::dvec4(corner(1, 0, near) - origin, 0.0), glm::dvec4(corner(0, 1, near) - origin, 0.0),
       glm::dvec4(corner(0, 0, far) - origin, 0.0), glm::dvec4(origin, 1.0));
-  const double slabs = double(header.slabDepths.size() - 1);
-  samples.blur = float((samples.size.z - 1) / slabs / SlicedStack::kTurns);
   samples.zero = header.partition->low();
   samples.unit = header.partition->high() - header.partition->low();
   const auto row = std::size_t(samples.size.x);
   const std::size_t plane = row * std::size_t(samples.size.y);
   samples.values.resize(plane * std::size_t(samples.size.z));
-  samples.doubt.resize(samples.values.size());
+  samples.wrong.resize(samples.values.size());
   parallelRanges(samples.size.y, [&](int begin, int end) {
     RowSampler sampler(header, runs, samples.size, samples.zero, samples.unit);
     std::vector<float> columns(row * std::size_t(samples.size.z));
-    std::vector<std::uint8_t> doubts(columns.size());
+    std::vector<std::uint8_t> wrongs(columns.size());
     for (int y = begin; y < end; ++y) {
-      sampler.sample(y, columns.data(), doubts.data());
+      sampler.sample(y, columns.data(), wrongs.data());
       for (std::size_t z = 0; z < std::size_t(samples.size.z); ++z) {
         const auto from = std::ptrdiff_t(z * row);
         const auto to = std::ptrdiff_t(z * plane + std::size_t(y) * row);
         std::copy_n(columns.begin() + from, row, samples.values.begin() + to);
-        std::copy_n(doubts.begin() + from, row, samples.doubt.begin() + to);
+        std::copy_n(wrongs.begin() + from, row, samples.wrong.begin() + to);
       }
     }
   });
@@ -184,8 +201,6 @@ class Resampler {
     y_ = cell({0, 1, 0}) - start_;
     z_ = cell({0, 0, 1}) - start_;
     plane_ = std::size_t(from.size.x) * std::size_t(from.size.y);
-    window_ = std::max(1, int(std::lround(from.blur)));
-    perWindow_ = from.blur / float(window_);
   }
 
   struct Value {
@@ -213,28 +228,18 @@ class Resampler {
       return a + t.y * (b - a);
     };
     const float near = along(p), far = along(p + next[2]);
-    float least = HUGE_VALF, most = -HUGE_VALF;
     const int middle = int(std::clamp(cell.z, 0.0, double(from_.size.z - 1)) + 0.5);
-    for (int k = middle - window_; k <= middle + window_; ++k) {
-      const auto row = std::size_t(std::clamp(k, 0, from_.size.z - 1));
-      const float v = from_.values[row * plane_ + nearest];
-      least = std::min(least, v);
-      most = std::max(most, v);
-    }
-    const float change = perWindow_ * (most - least);
-    const float doubt =
-        from_.doubt.empty()
+    const float wrong =
+        from_.wrong.empty()
             ? 0.0f
-            : float(from_.doubt[std::size_t(middle) * plane_ + nearest]) * StackSamples::kDoubtUnit;
-    return {near + t.z * (far - near), change * change + doubt * doubt};
+            : float(from_.wrong[std::size_t(middle) * plane_ + nearest]) * StackSamples::kWrongUnit;
+    return {near + t.z * (far - near), wrong * wrong};
   }
 
  private:
   const StackSamples& from_;
   glm::dvec3 start_{0.0}, x_{0.0}, y_{0.0}, z_{0.0};
   std::size_t plane_ = 0;
-  int window_ = 1;
-  float perWindow_ = 1.0f;
 };
 
 /// The value at half of the weights, each of which is spread evenly around its value's place.
@@ -263,31 +268,38 @@ StackSamples fusedStacks(std::vector<StackSamples> stacks) {
   if (stacks.size() == 1) return std::move(stacks.front());
   constexpr float kLeast = 1.0f / 128.0f;
   const StackSamples& first = stacks.front();
-  StackSamples result{first.size, first.worldFromGrid, first.unit, first.zero, {}, {}, 0.0f};
+  StackSamples result{first.size, first.worldFromGrid, first.unit, first.zero, {}, {}};
   result.values.resize(first.values.size());
   std::vector<Resampler> resamplers;
   for (const StackSamples& stack : stacks) resamplers.emplace_back(stack, first);
   const glm::ivec3 size = first.size;
+  const auto fuse = [&](glm::ivec3 at, std::vector<std::pair<float, float>>& known) {
+    known.clear();
+    for (std::size_t s = 0; s < stacks.size(); ++s) {
+      auto [value, wrong] = resamplers[s].at(at.x, at.y, at.z);
+      if (!std::isfinite(value)) continue;
+      // All stacks of a field have its partition's unit, or it is brought to the first's.
+      value = float((double(value) * stacks[s].unit + stacks[s].zero - first.zero) / first.unit);
+      known.emplace_back(value, 1.0f / (wrong + kLeast * kLeast));
+    }
+    // What most stacks have no data for has none.
+    const bool enough = 2 * known.size() > stacks.size() || known.size() == stacks.size();
+    result.values[(std::size_t(at.z) * std::size_t(size.y) + std::size_t(at.y)) *
+                      std::size_t(size.x) +
+                  std::size_t(at.x)] = enough ? weightedMedian(known) : kNone;
+  };
+  // Block by block: rows of one stack are columns of another, and would miss the cache.
+  constexpr int kBlock = 16;
   parallelRanges(size.z, [&](int begin, int end) {
     std::vector<std::pair<float, float>> known;
-    for (int z = begin; z < end; ++z) {
-      for (int y = 0; y < size.y; ++y) {
-        float* out = result.values.data() +
-                     (std::size_t(z) * std::size_t(size.y) + std::size_t(y)) * std::size_t(size.x);
-        for (int x = 0; x < size.x; ++x) {
-          known.clear();
-          for (std::size_t s = 0; s < stacks.size(); ++s) {
-            auto [value, wrong] = resamplers[s].at(x, y, z);
-            if (!std::isfinite(value)) continue;
-            // All stacks of a field have its partition's unit, or it is brought to the first's.
-            value =
-                float((double(value) * stacks[s].unit + stacks[s].zero - first.zero) / first.unit);
-            known.emplace_back(value, 1.0f / (wrong + kLeast * kLeast));
+    for (int z0 = begin; z0 < end; z0 += kBlock) {
+      for (int y0 = 0; y0 < size.y; y0 += kBlock) {
+        for (int x0 = 0; x0 < size.x; x0 += kBlock) {
+          for (int z = z0; z < std::min(z0 + kBlock, end); ++z) {
+            for (int y = y0; y < std::min(y0 + kBlock, size.y); ++y) {
+              for (int x = x0; x < std::min(x0 + kBlock, size.x); ++x) fuse({x, y, z}, known);
+            }
           }
-          // What most stacks have no data for has none.
-          out[x] = 2 * known.size() > stacks.size() || known.size() == stacks.size()
-                       ? weightedMedian(known)
-                       : kNone;
         }
       }
     }

@@ -20,10 +20,9 @@ struct StackSamples {
   glm::dmat4 worldFromGrid{1.0};
   double unit = 1.0, zero = 0.0;  ///< value = number * unit + zero
   std::vector<float> values;      ///< x fastest; NaN = no data, or outside of the domain
-  /// How far each may be wrong, in kDoubtUnit; empty = not at all.
-  std::vector<std::uint8_t> doubt;
-  static constexpr float kDoubtUnit = 1.0f / 1024.0f;
-  float blur = 0.0f;  ///< cells in depth within which crossings may lie: an eighth of a slab
+  /// How far each may be wrong, in kWrongUnit (fusedStacks); empty = not at all.
+  std::vector<std::uint8_t> wrong;
+  static constexpr float kWrongUnit = 1.0f / 512.0f;
 
   LookGrid upload() const;
 };

@@ -16,6 +16,7 @@ void addCompare(CLI::App& app, int& exitCode);
 void addCheck(CLI::App& app, int& exitCode);
 void addDoctor(CLI::App& app, int& exitCode);
 void addExport(CLI::App& app, int& exitCode);
+void addProbe(CLI::App& app, int& exitCode);
 
 /// The options that change a look: each is a part of it, and goes before the same key in --look.
 class LookOptions {

@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   addCheck(app, exitCode);
   addDoctor(app, exitCode);
   addExport(app, exitCode);
+  addProbe(app, exitCode);
   if (argc > 1 && argv[1][0] != '-' &&
       app.get_subcommands([&](CLI::App* command) { return command->check_name(argv[1]); })
           .empty()) {

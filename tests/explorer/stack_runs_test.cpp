@@ -4,12 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <random>
 
+#include "explorer/probe.h"
 #include "explorer/run_profile.h"
 #include "explorer/slab_path.h"
 #include "explorer/stack_pieces.h"
+#include "proxy/error.h"
 #include "tests/support/walked_stack.h"
 
 namespace vestige {
@@ -146,6 +149,36 @@ struct Line {
     }
   }
 };
+
+TEST(Probe, TellsHowLongARayIsInEachIntervalOfASlab) {
+  // Rises through the lower half of the range in the first slab, stays in the second.
+  const Line line{{{0.0, 0.0}, {0.2, 0.5}, {0.4, 0.5}, {1.0, 2.0}}};
+  const SlicedStack stack = line.stack();
+  const auto cells = probe(stack, 0, 0);
+  ASSERT_EQ(cells.size(), std::size_t(kSlabs));
+  double all = 0.0;
+  for (const ProbeCell& cell : cells) {
+    EXPECT_EQ(cell.noData, 0.0);
+    for (const ProbeShare& share : cell.shares) {
+      EXPECT_LT(share.low, share.high);
+      all += share.length;
+    }
+  }
+  EXPECT_NEAR(all, 4.0, 1e-9);
+  const IntervalPartition& partition = *stack.header.partition;
+  const double half = 0.5 * (partition.low() + partition.high());
+  EXPECT_LE(cells[0].shares.back().low, half);
+  EXPECT_TRUE(std::isinf(cells.back().shares.back().high)) << "above";
+
+  const double inside = 0.5 * (stack.header.slabDepths[2] + stack.header.slabDepths[3]);
+  const auto one = probe(stack, 0, 0, inside);
+  ASSERT_EQ(one.size(), 1u);
+  EXPECT_EQ(one[0].slab, 2);
+  EXPECT_NE(probeText(one).find("channel"), std::string::npos);
+  EXPECT_EQ(toJson(one)[0]["shares"].size(), one[0].shares.size());
+  EXPECT_THROW(probe(stack, 1, 0), Error);
+  EXPECT_THROW(probe(stack, 0, 0, 1e9), Error);
+}
 
 TEST(StackRuns, GiveAProfileBackThatIsMonotoneInEachSlab) {
   // Turns at the slabs' faces only.

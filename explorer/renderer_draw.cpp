@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "explorer/renderer_impl.h"
+#include "explorer/stack_pieces.h"
+#include "proxy/error.h"
+
+namespace vestige {
+namespace {
+
+Picture mipPicture(const ProxyImage& image, const TransferFunction& function) {
+  const Channel& channel = image.channel("mip", "value");
+  Picture picture = Picture::blank(image.header.size);
+  for (std::size_t i = 0; i < channel.values.size(); ++i) {
+    if (!std::isfinite(channel.values[i])) continue;
+    const glm::dvec3 color = function.color(channel.values[i]);
+    for (int c = 0; c < 3; ++c) picture.rgba[4 * i + std::size_t(c)] = float(color[c]);
+    picture.rgba[4 * i + 3] = 1.0f;
+  }
+  return picture;
+}
+
+}  // namespace
+
+Picture referencePicture(const ProxyImage& image) {
+  Picture picture = Picture::blank(image.header.size);
+  const std::array<const char*, 4> names{"R", "G", "B", "A"};
+  for (std::size_t c = 0; c < 4; ++c) {
+    const Channel& channel = image.channel("reference", names[c]);
+    for (std::size_t i = 0; i < channel.values.size(); ++i) {
+      picture.rgba[4 * i + c] = channel.values[i];
+    }
+  }
+  return picture;
+}
+
+ChannelTable Renderer::Impl::tableOf(Via via, ViewData& view,
+                                     const TransferFunction& function) const {
+  const IntervalPartition& partition = *view.partition();
+  const IntervalLook look = function.onIntervals(partition);
+  if (via == Via::Length) return tableForLength(look);
+  if (!view.header().base) {
+    throw Error(ErrorCode::Format,
+                "the attenuation proxy does not say under which transfer function it was made");
+  }
+  return tableForAttenuation(look, view.header().base->onIntervals(partition));
+}
+
+std::optional<gl::Texture> Renderer::Impl::lightOf(const Look& look, ViewData& view,
+                                                   const Rendered& out) {
+  if (look.shading != Shading::Phong && !look.ao.on) return std::nullopt;
+  const ProxyHeader& header = view.header();
+  return layer->light(view.layers(),
+                      lightSetup(look, header.camera, out.camera, header.domain.diagonal()));
+}
+
+void Renderer::Impl::drawVolume(const Look& look, ViewData& view, const TransferFunction& function,
+                                Via via, Rendered& out) {
+  const PieceTextures& pieces = view.pieces(via, look.order);
+  const ChannelTable table = tableOf(via, view, function);
+  EditExtras extras;
+  std::optional<gl::Texture> enhancement;
+  const std::optional<gl::Texture> light = lightOf(look, view, out);
+  if (light) {
+    extras.light = &*light;
+    extras.layerOf = &view.layerOf();
+    out.notes.push_back(view.has(kind::kDepth)
+                            ? "each interval is lit by the normals of its own depth layer"
+                            : "no depth layers are stored: normals are derived from mean depths");
+  }
+  if (look.enhance.on) {
+    enhancement = edit->enhancement(pieces, table, look.enhance.lambda, look.enhance.gamma);
+    extras.enhancement = &*enhancement;
+  }
+  out.picture = edit->render(pieces, table, extras);
+  if (look.trust) out.trust = trustFromDoubt(edit->doubt(pieces, table));
+}
+
+void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const TransferFunction& function,
+                                Rendered& out) {
+  const ProxyHeader& header = view.header();
+  const LayerTextures& layers = view.layers();
+  const gl::Texture colors = gpu::textureArray(GL_RGBA32F, layers.size, layers.count);
+  if (view.has(kind::kLength) || view.has(kind::kAttenuation)) {
+    const Via via = viaOf(look, view, out);
+    const ChannelTable table = tableOf(via, view, function);
+    const PieceTextures& pieces = view.pieces(via, look.order);
+    std::optional<gl::Texture> enhancement;
+    if (look.enhance.on) {
+      enhancement = edit->enhancement(pieces, table, look.enhance.lambda, look.enhance.gamma);
+    }
+    for (int m = 0; m < layers.count; ++m) {
+      EditExtras extras;
+      extras.layerOf = &view.layerOf();
+      extras.oneLayer = m;
+      if (enhancement) extras.enhancement = &*enhancement;
+      edit->draw(pieces, table, extras, colors, m);
+    }
+    out.notes.push_back("depth layers are warped; each carries the opacity of its intervals");
+  } else {
+    for (int m = 0; m < layers.count; ++m) {
+      const double value = view.isovalues()[std::size_t(m)];
+      const float alpha = float(function.opacity(value));
+      const glm::vec3 color(function.color(value));
+      std::vector<float> flat(4 * layers.size.pixels());
+      for (std::size_t i = 0; i < flat.size(); i += 4) {
+        for (int c = 0; c < 3; ++c) flat[i + std::size_t(c)] = alpha * color[c];
+        flat[i + 3] = alpha;
+      }
+      gpu::uploadLayer(colors, layers.size, m, GL_RGBA, GL_FLOAT, flat.data());
+    }
+    out.notes.push_back(
+        "depth layers are warped; without lengths or attenuation each has the opacity of its "
+        "value");
+  }
+  std::optional<gl::Texture> light;
+  if (look.shading == Shading::Phong || look.ao.on) {
+    light =
+        layer->light(layers, lightSetup(look, header.camera, out.camera, header.domain.diagonal()));
+  }
+  const ImageSize size = look.size.value_or(layers.size);
+  WarpedView warped = layer->warp(layers, colors, light ? &*light : nullptr,
+                                  fittedCamera(out.camera, layers.size, size), size, look.trust);
+  out.picture = std::move(warped.picture);
+  out.depth = std::move(warped.depth);
+  if (look.trust) out.trust = trustFromStretch(warped.guess, out.picture);
+}
+
+void Renderer::Impl::drawLayered(const Look& look, ViewData& view, Rendered& out) {
+  const LayeredTextures& layers = view.layered();
+  const ImageSize size = look.size.value_or(layers.size);
+  LayeredView drawn =
+      layered->render(layers, fittedCamera(out.camera, layers.size, size), size, look.trust);
+  out.picture = std::move(drawn.picture);
+  out.notes.push_back("layered answers: " + std::to_string(layers.layers) +
+                      " piecewise-analytic layers; opacity, colour and light (" + layers.shading +
+                      ") are baked in");
+  if (!look.trust) return;
+  if (out.camera == view.header().camera) {
+    out.trust.assign(size.pixels(), Trust::Data);
+  } else {
+    out.trust = trustFromStretch(drawn.guess, out.picture);
+  }
+}
+
+void Renderer::Impl::drawField(const Look& look, ViewData& stored, ImageSize viewSize,
+                               Rendered& out) {
+  const ProxyHeader& header = stored.header();
+  const IntervalPartition* partition = stored.partition();
+  const ImageSize size = look.size.value_or(viewSize);
+  FieldSource& source = stored.field();
+  VolumeView view = source.draw(look, functionOf(look, header, partition),
+                                fittedCamera(out.camera, viewSize, size), size);
+  out.picture = std::move(view.picture);
+  out.depth = std::move(view.depth);
+  if (look.trust) out.trust = trustFromStretch(view.guess, out.picture);
+  out.notes.push_back(source.note());
+}
+
+StackSource& Renderer::Impl::stacksOf(long cycle, const std::string& field) {
+  if (!stacks || !stacks->is(cycle, field)) {
+    stacks.reset();  // before the next takes its memory
+    stacks = std::make_unique<StackSource>(*archive, cycle, field);
+  }
+  return *stacks;
+}
+
+void Renderer::Impl::drawStackPieces(const Look& look, ViewData& view,
+                                     const TransferFunction& function, Rendered& out) {
+  const SlicedStack& stack = view.stack();
+  const FineChannels channels(*stack.header.partition);
+  const PieceTextures& pieces = view.stackPieces(channels.parts(), Uncertain::Likely);
+  const ChannelTable table = channels.table(function);
+  out.notes.push_back("sliced answers: " + errorOfStack(stack.header, stack.levels));
+  EditExtras extras;
+  std::vector<int> layerOf;
+  const std::optional<gl::Texture> light = lightOf(look, view, out);
+  if (light) {
+    for (int k = 0; k < channels.count(); ++k) {
+      const auto parent = std::size_t(channels.parent(k));
+      layerOf.push_back(parent < view.layerOf().size() ? view.layerOf()[parent] : -1);
+    }
+    extras.light = &*light;
+    extras.layerOf = &layerOf;
+    out.notes.push_back("each interval is lit by the normals of its own depth layer");
+  }
+  std::optional<gl::Texture> enhancement;
+  if (look.enhance.on) {
+    const FineChannels whole(*stack.header.partition, 1);
+    enhancement = edit->enhancement(view.stackPieces(1, Uncertain::Likely), whole.table(function),
+                                    look.enhance.lambda, look.enhance.gamma);
+    extras.enhancement = &*enhancement;
+  }
+  out.picture = edit->render(pieces, table, extras);
+  if (!look.trust) return;
+  // What hangs on an order that is not stored changes when it is turned round.
+  const Picture other =
+      edit->render(view.stackPieces(channels.parts(), Uncertain::Reversed), table, extras);
+  std::vector<float> doubt(out.picture.size.pixels(), 0.0f);
+  for (std::size_t i = 0; i < doubt.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      doubt[i] = std::max(doubt[i], std::abs(out.picture.rgba[4 * i + c] - other.rgba[4 * i + c]));
+    }
+  }
+  out.trust = trustFromDoubt(doubt);
+}
+
+void Renderer::Impl::drawStackGrid(const Look& look, StackSource& source,
+                                   const TransferFunction& function, ImageSize viewSize,
+                                   Rendered& out) {
+  const ImageSize size = look.size.value_or(viewSize);
+  VolumeView view = source.draw(look, function, fittedCamera(out.camera, viewSize, size), size);
+  out.picture = std::move(view.picture);
+  out.depth = std::move(view.depth);
+  if (look.trust) out.trust = trustFromStretch(view.guess, out.picture);
+  out.notes.push_back(source.note(out.camera));
+}
+
+void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFunction& function,
+                          Rendered& out) {
+  const bool volume = view.has(kind::kLength) || view.has(kind::kAttenuation);
+  const bool layers = view.has(kind::kDepth) || view.has(kind::kLength);
+  const bool stored = out.camera == view.header().camera;
+  Source source = look.source;
+  if (source == Source::Auto) {
+    const bool onlyLayered = view.has(kind::kLayered) && !layers;
+    source = !stored                      ? onlyLayered ? Source::Layered : Source::Layers
+             : volume                     ? Source::Volume
+             : layers                     ? Source::Layers
+             : view.has(kind::kReference) ? Source::Reference
+             : onlyLayered                ? Source::Layered
+                                          : Source::Mip;
+  }
+  if (!stored && source != Source::Layers && source != Source::Layered) {
+    throw Error(ErrorCode::Config,
+                "look key 'source' must be auto, layers or layered for a rotated view: only layers "
+                "can be seen from elsewhere");
+  }
+  if ((source == Source::Volume && !volume) || (source == Source::Layers && !layers)) {
+    throw Error(ErrorCode::NotFound,
+                "view '" + view.header().view + "' stores no " +
+                    (source == Source::Volume ? "lengths or attenuation to recompose"
+                                              : "depth layers or lengths to warp"));
+  }
+  switch (source) {
+    case Source::Volume:
+      drawVolume(look, view, function, viaOf(look, view, out), out);
+      return;
+    case Source::Layers:
+      drawLayers(look, view, function, out);
+      return;
+    case Source::Layered:
+      drawLayered(look, view, out);
+      return;
+    case Source::Mip:
+      out.picture = mipPicture(view.image(kind::kMip), function);
+      out.notes.push_back("mip answers: the largest value along each ray, opacity plays no part");
+      return;
+    default:
+      out.picture = referencePicture(view.image(kind::kReference));
+      out.notes.push_back(
+          "reference answers: the run's own rendering; opacity and colour are baked in");
+      return;
+  }
+}
+
+}  // namespace vestige

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "explorer/renderer.h"
+#include "explorer/stack_source.h"
+#include "explorer/view_data.h"
+
+// The inside of Renderer: renderer.cpp resolves a look and finishes the picture,
+// renderer_choice.cpp finds the proxy that answers, renderer_draw.cpp draws with it. All of it runs
+// in Device::run.
+
+namespace vestige {
+
+struct Renderer::Impl {
+  std::shared_ptr<gl::Device> device;
+  std::shared_ptr<const Archive> archive;
+  std::unique_ptr<ViewCache> views;
+  std::unique_ptr<EditPass> edit;
+  std::unique_ptr<LayerPass> layer;
+  std::unique_ptr<LayeredPass> layered;
+  std::unique_ptr<StackSource> stacks;  ///< those that were asked for last
+
+  /// The view that answers: the stored one that looks most nearly along the target's direction.
+  ViewData& sourceFor(const Look& look, long cycle, const std::string& field, ViewData& base,
+                      const Camera& target, Rendered& out);
+  void drawVolume(const Look& look, ViewData& view, const TransferFunction& function, Via via,
+                  Rendered& out);
+  void drawLayers(const Look& look, ViewData& view, const TransferFunction& function,
+                  Rendered& out);
+  void drawLayered(const Look& look, ViewData& view, Rendered& out);
+  /// Whether a grid answers instead of the view's own proxies.
+  bool fieldAnswers(const Look& look, long cycle, const std::string& field, const ViewData& base,
+                    const Camera& target) const;
+  void drawField(const Look& look, ViewData& stored, ImageSize viewSize, Rendered& out);
+  /// What stacks of the step have to do with a look: nothing, the one of the view is recomposed, or
+  /// they are drawn as a grid.
+  enum class Stacks { None, Pieces, Grid };
+  Stacks stacksAnswer(const Look& look, long cycle, const std::string& field, const ViewData& base,
+                      const Camera& target, Rendered& out) const;
+  StackSource& stacksOf(long cycle, const std::string& field);
+  void drawStackPieces(const Look& look, ViewData& view, const TransferFunction& function,
+                       Rendered& out);
+  void drawStackGrid(const Look& look, StackSource& source, const TransferFunction& function,
+                     ImageSize viewSize, Rendered& out);
+  /// The light of the view's depth layers, if the look wants any.
+  std::optional<gl::Texture> lightOf(const Look& look, ViewData& view, const Rendered& out);
+  void draw(const Look& look, ViewData& view, const TransferFunction& function, Rendered& out);
+  ChannelTable tableOf(Via via, ViewData& view, const TransferFunction& function) const;
+  Via viaOf(const Look& look, ViewData& view, Rendered& out) const;
+};
+
+/// The run's base transfer function with what the look changes.
+TransferFunction functionOf(const Look& look, const ProxyHeader& header,
+                            const IntervalPartition* partition);
+/// The camera whose picture of `to` shows all that it showed in a picture of `from`.
+Camera fittedCamera(Camera camera, ImageSize from, ImageSize to);
+Picture referencePicture(const ProxyImage& image);
+
+}  // namespace vestige

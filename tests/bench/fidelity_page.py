@@ -11,12 +11,24 @@ NAMES = {"flat": "flat (lengths)", "layered": "layered", "sliced": "sliced, one 
 BUDGETS = (0.25, 0.5, 1, 2, 4, 8)
 
 
-class Curve:
+class Setting:
     """One setting of one tier on one scene: bytes and what they buy."""
 
-    def __init__(self, cells):
-        (self.scene, self.tier, self.setting), figures = cells[:3], map(float, cells[3:])
-        self.percent, self.mean, self.least, self.near, self.far = figures
+    def __init__(self, scene, name, figures):
+        def value(line):
+            return figures[line][0] if line in figures else math.nan
+
+        self.scene, self.name = scene, name
+        self.tier = name.split("_")[0]
+        self.percent = value(f"edit_bytes_percent_{scene}_{name}")
+        self.mean = value(f"edit_psnr_{scene}_{name}_mean")
+        self.near = value(f"novel_view_dssim_{scene}_{name}_10")
+        self.far = value(f"novel_view_dssim_{scene}_{name}_45")
+
+
+def settings_of(figures):
+    found = (re.fullmatch(r"edit_bytes_percent_([a-z]+)_(\w+)", name) for name in figures)
+    return [Setting(m[1], m[2], figures) for m in found if m]
 
 
 def plot(title, unit, series, lower_is_better):
@@ -92,7 +104,7 @@ def winners(curves, figure, lower_is_better):
             continue
         best = (min if lower_is_better else max)(within, key=lambda c: getattr(c, figure))
         value = getattr(best, figure)
-        cells.append(f"{best.tier} {best.setting}: " +
+        cells.append(f"{best.name}: " +
                      (f"{value:.3f}" if lower_is_better else f"{value:.1f}"))
     return cells
 
@@ -110,39 +122,44 @@ def measured(figures, name, form):
     return f"**{text}** ({goal} missed)" if goal != "-" and outcome == "miss" else text
 
 
+def spelled(name):
+    tier, _, setting = name.partition("_")
+    return NAMES[tier] + (f", {setting}" if setting else "")
+
+
 def edit_rows(figures):
-    found = {m.groups() for m in (re.fullmatch(r"edit_psnr_(\w+?)_(sliced|field)_(mean|min)(\w*)", n)
-                                  for n in figures) if m}
+    pattern = r"edit_psnr_([a-z]+)_((?:sliced|field)[a-z0-9_]*?)_mean(\w*)"
+    found = [m.groups() for m in (re.fullmatch(pattern, n) for n in figures) if m]
     rows = []
-    for scene, tier, _, suffix in sorted(found):
-        if _ != "mean":
-            continue
-        rows.append([scene, NAMES[tier], suffix.strip("_") or "constant",
-                     measured(figures, f"edit_psnr_{scene}_{tier}_mean{suffix}", "{:.1f}"),
-                     measured(figures, f"edit_psnr_{scene}_{tier}_min{suffix}", "{:.1f}"),
-                     measured(figures, f"edit_bytes_percent_{scene}_{tier}", "{:.2f}")])
+    for scene, name, suffix in found:
+        size = re.search(r"_L\d+$", suffix)
+        rows.append([scene, spelled(name), suffix.strip("_").replace("_", ", ") or "constant",
+                     measured(figures, f"edit_psnr_{scene}_{name}_mean{suffix}", "{:.1f}"),
+                     measured(figures, f"edit_psnr_{scene}_{name}_min{suffix}", "{:.1f}"),
+                     measured(figures, f"edit_bytes_percent_{scene}_{name}" +
+                              (size[0] if size else ""), "{:.2f}")])
     return rows
 
 
 def novel_rows(figures):
-    pattern = r"novel_view_dssim_(\w+?)_(layered|sliced3|sliced|field)_(\d+)"
-    found = {m.groups()[:2] for m in (re.fullmatch(pattern, n) for n in figures) if m}
+    pattern = r"novel_view_dssim_([a-z]+)_((?:layered|sliced|field)\w*?)_(\d+)"
+    found = dict.fromkeys(m.groups()[:2] for m in (re.fullmatch(pattern, n) for n in figures) if m)
     angles = (5, 10, 15, 30, 45, 60, 90)
-    return [[scene, NAMES[tier]] +
-            [measured(figures, f"novel_view_dssim_{scene}_{tier}_{a}", "{:.4f}") for a in angles]
-            for scene, tier in sorted(found)]
+    return [[scene, spelled(name)] +
+            [measured(figures, f"novel_view_dssim_{scene}_{name}_{a}", "{:.4f}") for a in angles]
+            for scene, name in found]
 
 
 def other_rows(figures):
-    skip = re.compile(r"edit_psnr_\w+_(sliced|field)_|edit_bytes_|novel_view_dssim_\w+_\d+$")
+    skip = re.compile(r"edit_psnr_\w+_(sliced|field)|edit_bytes_|novel_view_dssim_\w+_\d+$")
     return [[f"`{name}`", f"{value:.4g}", unit, goal, outcome]
             for name, (value, unit, goal, outcome) in figures.items()
             if not skip.match(name) and not math.isnan(value)]
 
 
-def write(docs, figures, curve_cells, seeds):
-    """`figures` {name: (value, unit, goal, outcome)}; `curve_cells`: lists of Curve's cells."""
-    curves = [Curve(cells) for cells in curve_cells]
+def write(docs, figures, seeds):
+    """`figures` {name: (value, unit, goal, outcome)}."""
+    settings = settings_of(figures)
     images = docs / "images"
     images.mkdir(exist_ok=True)
     text = ["# Fidelity", "",
@@ -161,22 +178,22 @@ def write(docs, figures, curve_cells, seeds):
     if others := other_rows(figures):
         text += ["## Other figures", ""]
         text += table(["line", "value", "unit", "goal", ""], others)
-    if curves:
+    if settings:
         text += ["## Rate and distortion", "",
                  "Each point is one setting of a tier (hover for it); lines join those that no other",
                  "setting of the tier beats. Edits: mean PSNR at the stored view. Novel views: mean",
                  "DSSIM at 45 degrees; a single stack or picture is seen from its side there, three",
                  "stacks and the field serve the whole sphere.", ""]
-    for scene in dict.fromkeys(c.scene for c in curves):
-        mine = [c for c in curves if c.scene == scene]
+    for scene in dict.fromkeys(c.scene for c in settings):
+        mine = [c for c in settings if c.scene == scene]
         text += [f"### {scene}", ""]
         for what, figure, unit, lower in (("edits", "mean", "PSNR, dB", False),
                                           ("novel views", "far", "DSSIM at 45°", True)):
             series = {}
             for c in mine:
                 value = getattr(c, figure)
-                if math.isfinite(value):
-                    series.setdefault(c.tier, []).append((c.percent, value, c.setting))
+                if math.isfinite(value) and math.isfinite(c.percent):
+                    series.setdefault(c.tier, []).append((c.percent, value, c.name))
             series = {tier: frontier(line, lower) for tier, line in series.items()}
             if svg := plot(f"{scene}: {what}", unit, series, lower):
                 name = f"fidelity_{scene}_{figure}.svg"

@@ -15,7 +15,7 @@ import fidelity_page
 
 HERE = pathlib.Path(__file__).resolve().parent
 # What the page docs/fidelity.md is made of; `scripts/bench fidelity` measures these and writes it.
-FIDELITY = ("edit_psnr_", "edit_bytes_", "novel_view_", "curve_")
+FIDELITY = ("edit_psnr_", "edit_bytes_", "novel_view_")
 
 
 def read_table():
@@ -38,8 +38,7 @@ def verdict(value, goal):
 
 
 def run_bench(bench, binaries, wanted, seeds):
-    """Values by name and rows of curves (fidelity_page.Curve); the bench is told which lines are
-    wanted and its stderr passes through."""
+    """Values by name; the bench is told which lines are wanted and its stderr passes through."""
     command = [str(binaries / "bin" / bench)]
     if bench.endswith(".py"):
         command = ["/usr/bin/python3", str(HERE / bench), "--bin", str(binaries)]
@@ -48,23 +47,22 @@ def run_bench(bench, binaries, wanted, seeds):
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
     if done.returncode != 0:
         print(f"bench: {bench} ended with {done.returncode}", file=sys.stderr)
-    values, curves = {}, []
+    values = {}
     for line in done.stdout.splitlines():
         name, _, value = line.partition("\t")
-        if name == "curve":
-            curves.append(value.split("\t"))
-            continue
         try:
             values[name] = float(value)
         except ValueError:
             print(f"bench: {bench} said: {line}", file=sys.stderr)
-    return values, curves
+    return values
 
 
 def main():
     parser = argparse.ArgumentParser(prog="scripts/bench", description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", help="names or prefixes; none = all; fidelity = what docs/fidelity.md shows, "
-                             "and write that page")
+                             "with --page")
+    parser.add_argument("--page", action="store_true",
+                        help="write docs/fidelity.md from what was measured")
     parser.add_argument("--list", action="store_true", help="print the names and goals only")
     parser.add_argument("--seeds", default="1..20", metavar="A..B",
                         help="seeds of the random transfer functions (default 1..20)")
@@ -73,9 +71,9 @@ def main():
     options = parser.parse_args()
 
     table = read_table()
-    page = "fidelity" in options.names
+    whole = "fidelity" in options.names
     names = [n.removesuffix("_256") for n in options.names if n != "fidelity"]
-    names += FIDELITY if page else ()
+    names += FIDELITY if whole else ()
     lines = {row[0] for row in table}
     # A whole name is that line alone, not what it is a prefix of.
     rows = [row for row in table
@@ -88,19 +86,18 @@ def main():
             print(f"{name}\t{unit}\t{goal}")
         return 0
 
-    unmeasured, figures, curves = False, {}, []
+    unmeasured, figures = False, {}
     for bench in dict.fromkeys(row[3] for row in rows):
         mine = [row for row in rows if row[3] == bench]
-        values, points = run_bench(bench, options.bin, [row[0] for row in mine], options.seeds)
-        curves += points
+        values = run_bench(bench, options.bin, [row[0] for row in mine], options.seeds)
         for name, unit, goal, _ in mine:
             value = values.get(name, math.nan)
             outcome = verdict(value, goal)
             unmeasured |= math.isnan(value)
             figures[name] = (value, unit, goal, outcome)
             print(f"{name}\t{value:.4g}\t{unit}\t{goal}\t{outcome}", flush=True)
-    if page:
-        fidelity_page.write(HERE.parents[1] / "docs", figures, curves, options.seeds)
+    if whole or options.page:
+        fidelity_page.write(HERE.parents[1] / "docs", figures, options.seeds)
     return 1 if unmeasured else 0  # a missed goal is a finding, not a failure
 
 

@@ -97,7 +97,8 @@ def main():
             figures[name] = (value, unit, goal, outcome)
             print(f"{name}\t{value:.4g}\t{unit}\t{goal}\t{outcome}", flush=True)
     if whole or options.page:
-        fidelity_page.write(HERE.parents[1] / "docs", figures, options.seeds)
+        fidelity_page.write(HERE.parents[1] / "docs", figures, options.seeds,
+                            sum(row[0].startswith(FIDELITY) for row in table))
     return 1 if unmeasured else 0  # a missed goal is a finding, not a failure
 
 

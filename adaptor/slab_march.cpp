@@ -80,11 +80,12 @@ std::optional<double> spacingAlongNodes(const MarchRequest& request, const March
       spacing = between;
       continue;
     }
-    // Along the picture's other side both corners are the same: one node apart at least then.
+    // The outermost pixels stand on nodes, ...
     for (const double at : {first[axis], last[axis]}) {
       const double node = (at - nodes.front()) / between;
       if (std::abs(node - std::nearbyint(node)) > kNear) return {};
     }
+    // ... and so do those in between, if a pixel is as wide as a cell.
     const bool across = std::abs(camera.right()[axis]) > 0.5;
     const int steps = (across ? request.size.width : request.size.height) - 1;
     const double pitch = std::abs(last[axis] - first[axis]) / std::max(steps, 1);
@@ -155,9 +156,7 @@ SlabRays SlabMarch::readSlab(const Passes& passes, const MarchRequest& request, 
   for (int row = 0; row < height; row += rows) {
     const Stopwatch marching;
     const int count = std::min(rows, height - row);
-    if (!planes_) {
-      planes_.emplace();
-    }
+    if (!planes_) planes_.emplace();
     f.BindBuffer(GL_SHADER_STORAGE_BUFFER, planes_->id());
     f.BufferData(GL_SHADER_STORAGE_BUFFER, bytes, nullptr, GL_STREAM_READ);
     f.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, planes_->id());

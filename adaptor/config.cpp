@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -114,7 +113,7 @@ void readSliced(ConfigReader reader, Config& config) {
   reader.readInteger("pixels", 1, 4096, sliced.pixels);
   reader.readInteger("slabs", 1, SlicedStack::kMostSlabs, sliced.slabs);
   reader.readInteger("levels", 16, 128, sliced.levels);
-  if (!std::has_single_bit(unsigned(sliced.levels))) {
+  if (!SlicedStack::allowsLevels(sliced.levels)) {
     reader.fail("levels", fmt::format("{} is none of 16, 32, 64, 128", sliced.levels));
   }
   reader.rejectUnknownKeys();

@@ -27,11 +27,6 @@ uniform int firstTile;
 
 uniform ivec2 size;           // of the whole picture
 uniform ivec2 band;           // first row, rows
-uniform vec3 originAt[3];     // local position at z = 0: [0] + x [1] + y [2], x, y in [-1/2, 1/2]
-uniform vec3 directionAt[3];  // change of local position with z, likewise
-uniform vec3 boxLow, boxHigh, domainHigh;
-uniform float stepDepth;
-uniform float firstDepth;   // z of the camera plane
 uniform float depthOrigin;  // Z_0
 uniform mat3 eyeFromWorld;
 #ifdef SLAB
@@ -56,24 +51,6 @@ const int kNoRank = 128;  // more than there are; slab_march.cpp
 #if defined(LENGTH) || defined(ATTENUATION) || defined(SLAB)
 #define RUNS
 #endif
-
-// The entry and exit of a ray in the owned box; x >= y: it misses. A ray within a face that two
-// blocks share belongs to one of them.
-vec2 clipToBox(vec3 origin, vec3 direction) {
-  vec2 z = vec2(firstDepth, kInfinity);
-  for (int axis = 0; axis < 3; ++axis) {
-    float o = origin[axis], d = direction[axis];
-    float low = boxLow[axis], high = boxHigh[axis];
-    if (d == 0.0) {
-      bool outside = o < low || o > high || (o == high && high < domainHigh[axis]);
-      z.y = outside ? -kInfinity : z.y;
-    } else {
-      float a = (low - o) / d, b = (high - o) / d;
-      z = vec2(max(z.x, min(a, b)), min(z.y, max(a, b)));
-    }
-  }
-  return z;
-}
 
 #if defined(DIRECT)
 // Samples stand on nodes, or so near that the difference does not count.

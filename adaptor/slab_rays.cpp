@@ -88,7 +88,7 @@ StackBuilder::StackBuilder(ProxyHeader header, int levels) {
   const int slabs = int(h.slabDepths.size()) - 1;
   if (slabs < 1 || slabs > SlicedStack::kMostSlabs)
     refuse(std::to_string(slabs) + " slabs, not 1 to " + std::to_string(SlicedStack::kMostSlabs));
-  if (levels != 16 && levels != 32 && levels != 64 && levels != 128)
+  if (!SlicedStack::allowsLevels(levels))
     refuse(std::to_string(levels) + " levels, not 16, 32, 64 or 128");
   if (!h.partition) refuse("field '" + h.field + "' has no intervals");
   chords_.emplace(h);

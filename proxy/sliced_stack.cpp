@@ -31,10 +31,6 @@ const IntervalPartition& partitionOf(const ProxyHeader& header) {
   return *header.partition;
 }
 
-bool isPowerOfLevels(int levels) {
-  return levels == 16 || levels == 32 || levels == 64 || levels == 128;
-}
-
 /// Cumulative channels of a slab: below, then the intervals. `above` and the rest follow from them.
 int cumulativeCount(const IntervalPartition& partition) { return partition.intervals() + 1; }
 
@@ -104,7 +100,7 @@ void validate(const SlicedStack& stack) {
   const std::size_t slabs = stack.slabs.size();
   if (slabs < 1 || slabs > std::size_t(SlicedStack::kMostSlabs))
     refuse(fmt::format("{} slabs, not 1 to {}", slabs, SlicedStack::kMostSlabs));
-  if (!isPowerOfLevels(stack.levels))
+  if (!SlicedStack::allowsLevels(stack.levels))
     refuse(fmt::format("{} levels, not 16, 32, 64 or 128", stack.levels));
   if (stack.header.slabDepths.size() != slabs + 1 || stack.faces.size() != slabs + 1)
     refuse(fmt::format("{} slabs have {} depths and {} faces", slabs,
@@ -258,7 +254,7 @@ SlicedStack readStack(const ExrFile& file) {
     }
   }
   const double levels = 1.0 / (file.unitOf(slabName(0)) * kHalfQuantum);
-  if (!(levels >= 1.0 && levels <= 128.0) || !isPowerOfLevels(int(levels)) ||
+  if (!(levels >= 1.0 && levels <= 128.0) || !SlicedStack::allowsLevels(int(levels)) ||
       levels != std::floor(levels))
     refuse(fmt::format("it has {} levels, not 16, 32, 64 or 128", levels));
   stack.levels = int(levels);

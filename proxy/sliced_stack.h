@@ -46,8 +46,13 @@ struct SlicedStack {
   static constexpr int kMostSlabs = 64;
   static constexpr std::uint8_t kOutside = 255;
 
+  /// 16, 32, 64 or 128: the middles of eighths must be whole levels.
+  static bool allowsLevels(int levels) {
+    return levels == 16 || levels == 32 || levels == 64 || levels == 128;
+  }
+
   ProxyHeader header;
-  int levels = 32;  ///< 16, 32, 64 or 128
+  int levels = 32;  ///< as allowsLevels() has it
   std::vector<StackSlab> slabs;
   /// [slab + 1][pixel] rank in which the ray passes the face in front of slab s, or enters the
   /// domain behind it; [slabs]: in which it leaves the last one. kOutside: it does neither.

@@ -5,12 +5,15 @@
 //   edit_bytes_percent_SCENE_sliced[3][_L{32,64}]: of one stack, of three, of the native field
 //   novel_view_dssim_SCENE_sliced[3]_DEG: turned about the up axis, mean over the functions
 //   novel_view_dssim_SCENE_sliced3_sphere: the worst of directions all over the sphere
+// Settings other than twenty slabs and 32 levels stand after the tier: sliced_S12_q16,
+// sliced3_S12_q16. The scene smooth512 is the formula at 512^3 seen by 256^2 pixels.
 // usage: bench_sliced --seeds A..B LINE...
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <glm/trigonometric.hpp>
+#include <map>
 
 #include "explorer/edit_pass.h"
 #include "explorer/metrics.h"
@@ -25,8 +28,38 @@
 namespace vestige::test {
 namespace {
 
-constexpr int kSlabs = 20, kLevels = 32;
 constexpr int kSamplesPerVoxel = 2;
+constexpr int kCoarsePixels = 256;  ///< of smooth512, which has twice as many samples a side
+
+/// How finely stacks are cut and counted.
+struct Setting {
+  int slabs = 20, levels = 32;
+
+  bool isDefault() const { return slabs == 20 && levels == 32; }
+  /// What lines have after the tier.
+  std::string suffix() const {
+    return isDefault() ? "" : "_S" + std::to_string(slabs) + "_q" + std::to_string(levels);
+  }
+};
+
+std::vector<Setting> settings() {
+  std::vector<Setting> all{{}};
+  for (const int slabs : {8, 12, 20, 32}) {
+    for (const int levels : {16, 32, 64}) {
+      if (const Setting setting{slabs, levels}; !setting.isDefault()) all.push_back(setting);
+    }
+  }
+  return all;
+}
+
+/// Pixels that stand on the samples; of smooth512 fewer, the outermost ones on the faces.
+VoxelView stackView(const Scene& scene, glm::dvec3 forward, glm::dvec3 up) {
+  VoxelView view = voxelView(scene, forward, up);
+  if (scene.name != "smooth512") return view;
+  view.camera.viewHeight *= (1.0 - 1.0 / view.size.height) / (1.0 - 1.0 / kCoarsePixels);
+  view.size = {kCoarsePixels, kCoarsePixels};
+  return view;
+}
 
 FieldStatistics statisticsOf(const Scene& scene) {
   FieldStatistics statistics;
@@ -48,8 +81,8 @@ struct Stored {
 
 /// Marches, stores and reads a stack along an axis whose pixels stand on the samples.
 Stored storedStack(Marcher& marcher, const Scene& scene, glm::dvec3 forward, glm::dvec3 up,
-                   int intervals) {
-  const VoxelView view = voxelView(scene, forward, up);
+                   int intervals, Setting setting) {
+  const VoxelView view = stackView(scene, forward, up);
   ProxyHeader header;
   header.field = "field";
   header.view = "stack";
@@ -58,7 +91,7 @@ Stored storedStack(Marcher& marcher, const Scene& scene, glm::dvec3 forward, glm
   header.domain = scene.domain();
   header.partition = IntervalPartition::uniform(scene.low, scene.high, intervals);
   header.statistics = statisticsOf(scene);
-  header.slabDepths = evenSlabs(view.camera, header.domain, kSlabs);
+  header.slabDepths = evenSlabs(view.camera, header.domain, setting.slabs);
   MarchRequest request{.camera = view.camera,
                        .size = view.size,
                        .partition = *header.partition,
@@ -66,7 +99,7 @@ Stored storedStack(Marcher& marcher, const Scene& scene, glm::dvec3 forward, glm
                        .domain = header.domain,
                        .isovalues = {}};
   uploadScene(marcher, scene, request.partition);
-  StackBuilder builder(header, kLevels);
+  StackBuilder builder(header, setting.levels);
   marcher.marchSlabs(request, header.slabDepths,
                      [&](int, const SlabRays& rays) { builder.add(rays); });
   const auto bytes = encodeStack(builder.take());
@@ -119,7 +152,7 @@ ChannelTable fineMeans(const RandomTransferFunction& function, const FineChannel
 
 void printEdits(gl::Device& device, const Scene& scene, const Stored& stored,
                 const std::vector<ChannelTable>& tables, const std::vector<RgbPicture>& truth,
-                const FineChannels& channels, const std::string& suffix) {
+                const FineChannels& channels, const std::string& tier, const std::string& suffix) {
   const ProxyHeader& header = stored.stack.header;
   const PieceLists lists = piecesOfRuns(runsOfStack(stored.stack), channels, header.statistics,
                                         header.domain.diagonal());
@@ -136,8 +169,10 @@ void printEdits(gl::Device& device, const Scene& scene, const Stored& stored,
       least = std::min(least, dB);
     }
   });
-  std::printf("edit_psnr_%s_sliced_mean%s\t%.3f\n", scene.name.c_str(), suffix.c_str(), mean);
-  std::printf("edit_psnr_%s_sliced_min%s\t%.3f\n", scene.name.c_str(), suffix.c_str(), least);
+  std::printf("edit_psnr_%s_%s_mean%s\t%.3f\n", scene.name.c_str(), tier.c_str(), suffix.c_str(),
+              mean);
+  std::printf("edit_psnr_%s_%s_min%s\t%.3f\n", scene.name.c_str(), tier.c_str(), suffix.c_str(),
+              least);
   std::fflush(stdout);
 }
 
@@ -145,40 +180,56 @@ double percentOf(const Scene& scene, std::uintmax_t bytes) {
   return 100.0 * double(bytes) / (double(scene.values.size()) * scene.nativeBytes);
 }
 
+/// Pictures of the raw field at the stored view, made when first asked for.
+struct EditTruth {
+  std::vector<RgbPicture> constant, continuous;
+};
+
+void measureEdits(const std::shared_ptr<gl::Device>& device, Marcher& marcher, const Scene& scene,
+                  int intervals, Setting setting, EditTruth& truth, const BenchOptions& options) {
+  const std::string size = intervals == 16 ? "" : "_L" + std::to_string(intervals);
+  const std::string tier = "sliced" + setting.suffix();
+  const std::string psnrs = "edit_psnr_" + scene.name + "_" + tier + "_";
+  const std::string percent = "edit_bytes_percent_" + scene.name + "_" + tier + size;
+  const bool constant =
+      intervals == 16 && (options.wants(psnrs + "mean") || options.wants(psnrs + "min"));
+  const std::string suffix = "_continuous" + size;
+  const bool continuous =
+      options.wants(psnrs + "mean" + suffix) || options.wants(psnrs + "min" + suffix);
+  if (!constant && !continuous && !options.wants(percent)) return;
+  const Stored stored = storedStack(marcher, scene, {0, 1, 0}, {0, 0, 1}, intervals, setting);
+  const ProxyHeader& header = stored.stack.header;
+  std::printf("%s\t%.3f\n", percent.c_str(), percentOf(scene, stored.bytes));
+  // Functions are drawn for 16 intervals whatever the stack has.
+  const auto partition = IntervalPartition::uniform(scene.low, scene.high, 16);
+  const Functions functions(options, scene, partition);
+  const FineChannels channels(*header.partition);
+  if (constant) {
+    std::vector<ChannelTable> tables;
+    for (const IntervalLook& look : functions.constant) tables.push_back(channels.table(look));
+    if (truth.constant.empty()) {
+      truth.constant = renderIntervals(scene, header.camera, header.size, partition,
+                                       functions.constant, kSamplesPerVoxel);
+    }
+    printEdits(*device, scene, stored, tables, truth.constant, channels, tier, "");
+  }
+  if (continuous) {
+    std::vector<ChannelTable> tables;
+    for (const auto& function : functions.all) tables.push_back(fineMeans(function, channels));
+    if (truth.continuous.empty()) {
+      truth.continuous =
+          renderContinuous(scene, header.camera, header.size, functions.media, kSamplesPerVoxel);
+    }
+    printEdits(*device, scene, stored, tables, truth.continuous, channels, tier, suffix);
+  }
+}
+
 void measureEdits(const std::shared_ptr<gl::Device>& device, Marcher& marcher, const Scene& scene,
                   const BenchOptions& options) {
-  for (const int intervals : {16, 32, 64}) {
-    const std::string size = intervals == 16 ? "" : "_L" + std::to_string(intervals);
-    const std::string psnrs = "edit_psnr_" + scene.name + "_sliced_";
-    const std::string percent = "edit_bytes_percent_" + scene.name + "_sliced" + size;
-    const bool constant =
-        intervals == 16 && (options.wants(psnrs + "mean") || options.wants(psnrs + "min"));
-    const std::string suffix = "_continuous" + size;
-    const bool continuous =
-        options.wants(psnrs + "mean" + suffix) || options.wants(psnrs + "min" + suffix);
-    if (!constant && !continuous && !options.wants(percent)) continue;
-    const Stored stored = storedStack(marcher, scene, {0, 1, 0}, {0, 0, 1}, intervals);
-    const ProxyHeader& header = stored.stack.header;
-    std::printf("%s\t%.3f\n", percent.c_str(), percentOf(scene, stored.bytes));
-    // Functions are drawn for 16 intervals whatever the stack has.
-    const auto partition = IntervalPartition::uniform(scene.low, scene.high, 16);
-    const Functions functions(options, scene, intervals == 16 ? *header.partition : partition);
-    const FineChannels channels(*header.partition);
-    if (constant) {
-      std::vector<ChannelTable> tables;
-      for (const IntervalLook& look : functions.constant) tables.push_back(channels.table(look));
-      printEdits(*device, scene, stored, tables,
-                 renderIntervals(scene, header.camera, header.size, *header.partition,
-                                 functions.constant, kSamplesPerVoxel),
-                 channels, "");
-    }
-    if (continuous) {
-      std::vector<ChannelTable> tables;
-      for (const auto& function : functions.all) tables.push_back(fineMeans(function, channels));
-      printEdits(
-          *device, scene, stored, tables,
-          renderContinuous(scene, header.camera, header.size, functions.media, kSamplesPerVoxel),
-          channels, suffix);
+  EditTruth truth;
+  for (const Setting setting : settings()) {
+    for (const int intervals : {16, 32, 64}) {
+      measureEdits(device, marcher, scene, intervals, setting, truth, options);
     }
   }
 }
@@ -268,51 +319,83 @@ std::vector<glm::dvec2> sphere() {
   return angles;
 }
 
+/// Pictures of the raw field, by degrees.
+using NovelTruth = std::map<int, std::vector<RgbPicture>>;
+
 void measureNovel(const std::shared_ptr<gl::Device>& device, Marcher& marcher, const Scene& scene,
+                  const Functions& functions, Setting setting, NovelTruth& truths,
                   const BenchOptions& options) {
-  const std::string name = "novel_view_dssim_" + scene.name + "_sliced";
-  const std::string percent = "edit_bytes_percent_" + scene.name + "_sliced3";
-  const bool any3 = options.wantsAny(name + "3_") || options.wants(percent);
-  if (!options.wantsAny(name + "_") && !any3) return;
-  const auto partition = IntervalPartition::uniform(scene.low, scene.high, 16);
-  const Functions functions(options, scene, partition);
+  const std::string one = scene.name + "_sliced" + setting.suffix();
+  const std::string three = scene.name + "_sliced3" + setting.suffix();
+  const std::string dssim = "novel_view_dssim_", percent = "edit_bytes_percent_" + three;
+  const auto wants = [&](const std::string& tier, int degrees) {
+    return options.wants(dssim + tier + "_" + std::to_string(degrees));
+  };
+  constexpr int kAngles[] = {5, 10, 15, 30, 45, 60, 90};
+  const bool sphereToo = options.wants(dssim + three + "_sphere");
+  bool any1 = false, any3 = sphereToo || options.wants(percent);
+  for (const int degrees : kAngles) {
+    any1 |= wants(one, degrees);
+    any3 |= wants(three, degrees);
+  }
+  if (!any1 && !any3) return;
   std::vector<Stored> stacks;
-  stacks.push_back(storedStack(marcher, scene, {0, 1, 0}, {0, 0, 1}, 16));
-  Turned one(*device, scene, stacks, functions.constant);
-  std::unique_ptr<Turned> three;
+  const auto store = [&](glm::dvec3 forward, glm::dvec3 up) {
+    stacks.push_back(storedStack(marcher, scene, forward, up, 16, setting));
+  };
+  store({0, 1, 0}, {0, 0, 1});
+  std::unique_ptr<Turned> turned1, turned3;
+  if (any1) turned1 = std::make_unique<Turned>(*device, scene, stacks, functions.constant);
   if (any3) {
-    stacks.push_back(storedStack(marcher, scene, {1, 0, 0}, {0, 0, 1}, 16));
-    stacks.push_back(storedStack(marcher, scene, {0, 0, -1}, {0, 1, 0}, 16));
-    three = std::make_unique<Turned>(*device, scene, stacks, functions.constant);
+    store({1, 0, 0}, {0, 0, 1});
+    store({0, 0, -1}, {0, 1, 0});
+    turned3 = std::make_unique<Turned>(*device, scene, stacks, functions.constant);
     std::uintmax_t bytes = 0;
     for (const Stored& stored : stacks) bytes += stored.bytes;
     std::printf("%s\t%.3f\n", percent.c_str(), percentOf(scene, bytes));
   }
+  const Turned& any = turned1 ? *turned1 : *turned3;
   const Camera front = frameBox(scene.domain(), {0, 1, 0}, {0, 0, 1}, 1.0);
-  for (const int degrees : {5, 10, 15, 30, 45, 60, 90}) {
-    const std::string suffix = "_" + std::to_string(degrees);
-    const bool wants1 = options.wants(name + suffix), wants3 = options.wants(name + "3" + suffix);
-    if (!wants1 && !wants3) continue;
+  for (const int degrees : kAngles) {
+    if (!wants(one, degrees) && !wants(three, degrees)) continue;
     const Camera camera =
         front.orbited(scene.domain().center(), glm::radians(double(degrees)), 0.0);
-    const auto truth = one.truth(camera);
-    if (wants1) {
-      std::printf("%s%s\t%.5f\n", name.c_str(), suffix.c_str(), one.dssimOf(camera, truth));
-    }
-    if (wants3) {
-      std::printf("%s3%s\t%.5f\n", name.c_str(), suffix.c_str(), three->dssimOf(camera, truth));
-    }
-    std::fflush(stdout);
+    auto& truth = truths[degrees];
+    if (truth.empty()) truth = any.truth(camera);
+    const auto report = [&](const std::string& tier, Turned& turned) {
+      if (!wants(tier, degrees)) return;
+      std::printf("%s%s_%d\t%.5f\n", dssim.c_str(), tier.c_str(), degrees,
+                  turned.dssimOf(camera, truth));
+      std::fflush(stdout);
+    };
+    if (turned1) report(one, *turned1);
+    if (turned3) report(three, *turned3);
   }
-  if (options.wants(name + "3_sphere")) {
-    double worst = 0.0;
-    for (const glm::dvec2 angles : sphere()) {
-      const Camera camera = front.orbited(scene.domain().center(), angles.x, angles.y);
-      worst = std::max(worst, three->dssimOf(camera, three->truth(camera)));
-    }
-    std::printf("%s3_sphere\t%.5f\n", name.c_str(), worst);
-    std::fflush(stdout);
+  if (!sphereToo) return;
+  double worst = 0.0;
+  for (const glm::dvec2 angles : sphere()) {
+    const Camera camera = front.orbited(scene.domain().center(), angles.x, angles.y);
+    worst = std::max(worst, turned3->dssimOf(camera, turned3->truth(camera)));
   }
+  std::printf("%s%s_sphere\t%.5f\n", dssim.c_str(), three.c_str(), worst);
+  std::fflush(stdout);
+}
+
+void measureNovel(const std::shared_ptr<gl::Device>& device, Marcher& marcher, const Scene& scene,
+                  const BenchOptions& options) {
+  const Functions functions(options, scene, IntervalPartition::uniform(scene.low, scene.high, 16));
+  NovelTruth truths;
+  for (const Setting setting : settings()) {
+    measureNovel(device, marcher, scene, functions, setting, truths, options);
+  }
+}
+
+/// A scene of this bench; smooth512 is "smooth" at 512^3.
+Scene sceneOf(const std::string& name) {
+  if (name != "smooth512") return namedScene(name, name == "plume" ? 128 : 256, sceneCache());
+  Scene scene = namedScene("smooth", 512, sceneCache());
+  scene.name = name;
+  return scene;
 }
 
 }  // namespace
@@ -322,7 +405,7 @@ int main(int argc, char** argv) {
   using namespace vestige::test;
   return runBench("bench_sliced", argc, argv, [](const auto& options, const auto& device) {
     vestige::Marcher marcher(device);
-    for (const char* name : {"ct", "turbulent", "plume", "smooth"}) {
+    for (const char* name : {"ct", "turbulent", "plume", "smooth", "smooth512"}) {
       const std::string scene = std::string(name) + "_sliced";
       if (!options.wantsAny("edit_psnr_" + scene) &&
           !options.wantsAny("edit_bytes_percent_" + scene) &&
@@ -330,7 +413,7 @@ int main(int argc, char** argv) {
         continue;
       }
       std::fprintf(stderr, "bench_sliced: %s\n", name);
-      const Scene field = namedScene(name, std::string(name) == "plume" ? 128 : 256, sceneCache());
+      const Scene field = sceneOf(name);
       measureEdits(device, marcher, field, options);
       measureNovel(device, marcher, field, options);
     }

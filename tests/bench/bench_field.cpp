@@ -2,20 +2,22 @@
 // edit_psnr_SCENE_TIER_{mean,min}[_continuous], edit_bytes_percent_SCENE_TIER and
 // novel_view_dssim_SCENE_TIER_DEG of the reduced field, the yardstick of method §6: the field as it
 // is stored and read, drawn by the explorer's ray caster, against the raw field rendered on the CPU
-// (method §7). One file serves all lines of a tier. Edits: pixels = voxels, seen along +y; novel
-// views: 512 x 512 and the base transfer function of bench_layered.
-// usage: bench_field --seeds A..B LINE...
+// (method §7), with the functions of bench_sliced and at its views, so that both tiers stand on one
+// plot. One file serves all lines of a tier. Edits: pixels = voxels, seen along +y (smooth512:
+// every other one); novel views: 256 x 256, mean over the functions. usage: bench_field --seeds
+// A..B LINE...
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <glm/trigonometric.hpp>
+#include <map>
 
 #include "explorer/field_source.h"
 #include "explorer/grid_painter.h"
 #include "explorer/metrics.h"
 #include "proxy/exr_file.h"
 #include "tests/bench/bench_run.h"
-#include "tests/bench/layered_scenes.h"
+#include "tests/bench/sweep_scenes.h"
 #include "tests/support/cpu_renderer.h"
 #include "tests/support/random_transfer_function.h"
 
@@ -24,7 +26,7 @@ namespace {
 
 constexpr int kIntervals = 16;
 constexpr int kSamplesPerVoxel = 2;
-constexpr ImageSize kNovelSize{512, 512};
+constexpr ImageSize kNovelSize{256, 256};
 constexpr int kAngles[] = {5, 10, 15, 30, 45, 60, 90};
 
 /// How a field is stored: the name of its lines, and by what it is reduced.
@@ -38,17 +40,6 @@ constexpr Tier kTiers[] = {{"field", 1, 0x1p-4},
                            {"field_tight", 1, 0x1p-7},
                            {"field_half", 2, 0x1p-6},
                            {"field_quarter", 4, 0x1p-6}};
-
-/// An orthographic camera along +y whose pixels are as wide as the narrowest spacing, one of them
-/// on each sample along that axis.
-Camera voxelCamera(const Scene& scene, ImageSize& size) {
-  const Box box = scene.domain();
-  const double pixel = scene.minimumSpacing();
-  size = {int(std::lround(box.size().x / pixel)) + 1, int(std::lround(box.size().z / pixel)) + 1};
-  Camera camera = frameBox(box, {0, 1, 0}, {0, 0, 1}, size.aspect());
-  camera.viewHeight = pixel * size.height;
-  return camera;
-}
 
 /// The field after storage.
 struct Stored {
@@ -139,10 +130,9 @@ void judge(const std::string& tier, const char* suffix, const Scene& scene, cons
 
 class SceneBench {
  public:
-  SceneBench(const LayeredScene& subject, const BenchOptions& options)
-      : subject_(subject),
-        options_(options),
-        scene_(namedScene(subject.name, subject.size, sceneCache())),
+  SceneBench(const char* name, const BenchOptions& options)
+      : options_(options),
+        scene_(sweepScene(name)),
         partition_(IntervalPartition::uniform(scene_.low, scene_.high, kIntervals)) {}
 
   void measure(gl::Device& device, const Tier& tier) {
@@ -171,25 +161,23 @@ class SceneBench {
       Drawing drawing(stored);
       if (constant) judge(name, "", scene_, constant_, drawing);
       if (continuous) judge(name, "_continuous", scene_, continuous_, drawing);
-      const MarchRequest request = subject_.request(scene_, kNovelSize);
       for (const int degrees : angles) {
-        const Camera camera = turned(request, degrees);
-        const Picture picture = drawing.draw(opticsOf(request.base), scene_, camera, kNovelSize);
         print("novel_view_dssim_" + name + "_" + std::to_string(degrees),
-              dssim(RgbView::interleaved(kNovelSize, picture.rgba, 4),
-                    RgbView::interleaved(kNovelSize, novel_[degrees].rgb),
-                    projectedRect(camera, scene_.domain(), kNovelSize)));
-        if (const char* folder = std::getenv("VESTIGE_BENCH_PICTURES")) {
-          writePicture(std::string(folder) + "/" + name + "_" + std::to_string(degrees) + ".exr",
-                       picture);
-        }
+              meanDssim(novel_[degrees], drawing));
       }
     });
   }
 
  private:
-  Camera turned(const MarchRequest& request, int degrees) const {
-    return request.camera.orbited(scene_.domain().center(), glm::radians(double(degrees)), 0.0);
+  double meanDssim(const Edits& views, Drawing& drawing) const {
+    const auto rect = projectedRect(views.camera, scene_.domain(), views.size);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < views.optics.size(); ++i) {
+      const Picture picture = drawing.draw(views.optics[i], scene_, views.camera, views.size);
+      sum += dssim(RgbView::interleaved(views.size, views.truth[i].rgb),
+                   RgbView::interleaved(views.size, picture.rgba, 4), rect);
+    }
+    return sum / double(views.optics.size());
   }
 
   std::vector<RandomTransferFunction> functions() const {
@@ -202,19 +190,30 @@ class SceneBench {
 
   void constantEdits() {
     if (!constant_.truth.empty()) return;
-    constant_.camera = voxelCamera(scene_, constant_.size);
+    standOnSamples(constant_);
+    addConstant(constant_);
+  }
+
+  void standOnSamples(Edits& edits) const {
+    const VoxelView view = sweepView(scene_, {0, 1, 0}, {0, 0, 1});
+    edits.camera = view.camera;
+    edits.size = view.size;
+  }
+
+  /// Interval-wise functions and what they make of the raw field at a camera.
+  void addConstant(Edits& edits) const {
     std::vector<IntervalLook> looks;
     for (const auto& function : functions()) {
       looks.push_back(function.constant());
-      constant_.optics.push_back(opticsOfIntervals(partition_, looks.back()));
+      edits.optics.push_back(opticsOfIntervals(partition_, looks.back()));
     }
-    constant_.truth = renderIntervals(scene_, constant_.camera, constant_.size, partition_, looks,
-                                      kSamplesPerVoxel);
+    edits.truth =
+        renderIntervals(scene_, edits.camera, edits.size, partition_, looks, kSamplesPerVoxel);
   }
 
   void continuousEdits() {
     if (!continuous_.truth.empty()) return;
-    continuous_.camera = voxelCamera(scene_, continuous_.size);
+    standOnSamples(continuous_);
     std::vector<Medium> media;
     for (const auto& function : functions()) {
       continuous_.optics.push_back([function](double value) {
@@ -232,24 +231,19 @@ class SceneBench {
   }
 
   void novelTruth(int degrees) {
-    RgbPicture& picture = novel_[degrees];
-    if (!picture.rgb.empty()) return;
-    const MarchRequest request = subject_.request(scene_, kNovelSize);
-    const Medium medium = tabulated(
-        [&](double value) {
-          return Optics{request.base.extinction(value), request.base.color(value)};
-        },
-        scene_.low, scene_.high);
-    picture = renderContinuous(scene_, turned(request, degrees), kNovelSize, std::span(&medium, 1),
-                               kSamplesPerVoxel)[0];
+    Edits& views = novel_[degrees];
+    if (!views.truth.empty()) return;
+    views.size = kNovelSize;
+    views.camera = frameBox(scene_.domain(), {0, 1, 0}, {0, 0, 1}, 1.0)
+                       .orbited(scene_.domain().center(), glm::radians(double(degrees)), 0.0);
+    addConstant(views);
   }
 
-  const LayeredScene& subject_;
   const BenchOptions& options_;
   Scene scene_;
   IntervalPartition partition_;
   Edits constant_, continuous_;
-  std::map<int, RgbPicture> novel_;
+  std::map<int, Edits> novel_;
 };
 
 }  // namespace
@@ -258,15 +252,15 @@ class SceneBench {
 int main(int argc, char** argv) {
   using namespace vestige::test;
   return runBench("bench_field", argc, argv, [](const auto& options, const auto& device) {
-    for (const LayeredScene& subject : kLayeredScenes) {
-      const std::string name = std::string(subject.name) + "_field";
+    for (const char* scene : kSweepScenes) {
+      const std::string name = std::string(scene) + "_field";
       if (!options.wantsAny("edit_psnr_" + name) &&
           !options.wantsAny("edit_bytes_percent_" + name) &&
           !options.wantsAny("novel_view_dssim_" + name)) {
         continue;
       }
-      std::fprintf(stderr, "bench_field: %s\n", subject.name);
-      SceneBench bench(subject, options);
+      std::fprintf(stderr, "bench_field: %s\n", scene);
+      SceneBench bench(scene, options);
       for (const Tier& tier : kTiers) bench.measure(*device, tier);
     }
   });

@@ -21,15 +21,14 @@
 #include "explorer/stack_pieces.h"
 #include "explorer/volume_pass.h"
 #include "tests/bench/bench_run.h"
+#include "tests/bench/sweep_scenes.h"
 #include "tests/support/cpu_renderer.h"
 #include "tests/support/random_transfer_function.h"
-#include "tests/support/walked_stack.h"
 
 namespace vestige::test {
 namespace {
 
 constexpr int kSamplesPerVoxel = 2;
-constexpr int kCoarsePixels = 256;  ///< of smooth512, which has twice as many samples a side
 
 /// How finely stacks are cut and counted.
 struct Setting {
@@ -50,15 +49,6 @@ std::vector<Setting> settings() {
     }
   }
   return all;
-}
-
-/// Pixels that stand on the samples; of smooth512 fewer, the outermost ones on the faces.
-VoxelView stackView(const Scene& scene, glm::dvec3 forward, glm::dvec3 up) {
-  VoxelView view = voxelView(scene, forward, up);
-  if (scene.name != "smooth512") return view;
-  view.camera.viewHeight *= (1.0 - 1.0 / view.size.height) / (1.0 - 1.0 / kCoarsePixels);
-  view.size = {kCoarsePixels, kCoarsePixels};
-  return view;
 }
 
 FieldStatistics statisticsOf(const Scene& scene) {
@@ -82,7 +72,7 @@ struct Stored {
 /// Marches, stores and reads a stack along an axis whose pixels stand on the samples.
 Stored storedStack(Marcher& marcher, const Scene& scene, glm::dvec3 forward, glm::dvec3 up,
                    int intervals, Setting setting) {
-  const VoxelView view = stackView(scene, forward, up);
+  const VoxelView view = sweepView(scene, forward, up);
   ProxyHeader header;
   header.field = "field";
   header.view = "stack";
@@ -390,14 +380,6 @@ void measureNovel(const std::shared_ptr<gl::Device>& device, Marcher& marcher, c
   }
 }
 
-/// A scene of this bench; smooth512 is "smooth" at 512^3.
-Scene sceneOf(const std::string& name) {
-  if (name != "smooth512") return namedScene(name, name == "plume" ? 128 : 256, sceneCache());
-  Scene scene = namedScene("smooth", 512, sceneCache());
-  scene.name = name;
-  return scene;
-}
-
 }  // namespace
 }  // namespace vestige::test
 
@@ -405,7 +387,7 @@ int main(int argc, char** argv) {
   using namespace vestige::test;
   return runBench("bench_sliced", argc, argv, [](const auto& options, const auto& device) {
     vestige::Marcher marcher(device);
-    for (const char* name : {"ct", "turbulent", "plume", "smooth", "smooth512"}) {
+    for (const char* name : kSweepScenes) {
       const std::string scene = std::string(name) + "_sliced";
       if (!options.wantsAny("edit_psnr_" + scene) &&
           !options.wantsAny("edit_bytes_percent_" + scene) &&
@@ -413,7 +395,7 @@ int main(int argc, char** argv) {
         continue;
       }
       std::fprintf(stderr, "bench_sliced: %s\n", name);
-      const Scene field = sceneOf(name);
+      const Scene field = sweepScene(name);
       measureEdits(device, marcher, field, options);
       measureNovel(device, marcher, field, options);
     }

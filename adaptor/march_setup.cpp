@@ -42,11 +42,11 @@ MarchRays::MarchRays(const MarchFrame& frame, const Camera& camera, ImageSize si
   firstDepth = float(-z0);
   if (camera.projection == Projection::Orthographic) {
     const double height = camera.viewHeight / frame.scale;
-    origin = {start + z0 * forward, right * (height * size.aspect()), up * -height};
+    origin = {start + z0 * forward, right * (height * camera.aspect(size)), up * -height};
     direction = {forward, glm::vec3(0.0f), glm::vec3(0.0f)};
   } else {
     const double height = 2.0 * std::tan(0.5 * camera.fieldOfView);
-    const glm::dvec3 x = right * (height * size.aspect()), y = up * -height;
+    const glm::dvec3 x = right * (height * camera.aspect(size)), y = up * -height;
     origin = {start + z0 * forward, z0 * x, z0 * y};
     direction = {forward, x, y};
   }

@@ -37,13 +37,16 @@ std::uint8_t srgbByte(double linear) {
 }
 
 template <class Pixel>
-Raster draw(ImageSize size, const PreviewStyle& style, const Pixel& pixel) {
+Raster draw(ImageSize stored, const PreviewStyle& style, const Pixel& pixel) {
+  const ImageSize size = squarePixels(stored, style.pixelAspect);
   Raster raster{size, std::vector<std::uint8_t>(size.pixels() * 4)};
   const glm::dvec3 background = linearFromSrgb(style.background);
   parallelFor(size.height, style.threads, [&](int y) {
+    const auto row = std::size_t(y) * std::size_t(stored.height) / std::size_t(size.height);
     for (int x = 0; x < size.width; ++x) {
       const auto p = std::size_t(y) * std::size_t(size.width) + std::size_t(x);
-      const Light light = pixel(p);
+      const auto column = std::size_t(x) * std::size_t(stored.width) / std::size_t(size.width);
+      const Light light = pixel(row * std::size_t(stored.width) + column);
       const double alpha = light.alpha > 0.0 ? std::min(light.alpha, 1.0) : 0.0;
       const glm::dvec3 linear = !style.transparent ? light.color + (1.0 - alpha) * background
                                 : alpha > 0.0      ? light.color / alpha

@@ -15,6 +15,7 @@ struct PreviewStyle {
   glm::dvec3 background{0.0};  ///< sRGB
   bool transparent = false;
   int threads = 1;
+  double pixelAspect = 1.0;  ///< of the proxy; the picture's pixels are square
 };
 
 /// A picture of one proxy (kind::k...) for tables and file browsers, made without GL:

@@ -24,8 +24,9 @@ std::vector<double> evenDepths(const Camera& camera, const Box& domain, int slab
   return depths;
 }
 
-/// The smallest distance between neighbouring samples along an axis; 0 = there are none.
-double spacingAlong(const BlockSet& blocks, Location location, int axis) {
+/// The smallest distance between neighbouring samples along a coordinate axis; 0 = there are none.
+double spacingAlong(const BlockSet& blocks, Location location, glm::dvec3 way) {
+  const int axis = std::abs(way.x) > 0.5 ? 0 : std::abs(way.y) > 0.5 ? 1 : 2;
   double smallest = std::numeric_limits<double>::infinity();
   for (const auto& [index, block] : blocks.blocks()) {
     if (block.grid.empty()) continue;
@@ -37,44 +38,32 @@ double spacingAlong(const BlockSet& blocks, Location location, int axis) {
   return std::isfinite(smallest) ? smallest : 0.0;
 }
 
-/// The side of a pixel that covers as much as a sample does across the view; 0 = there are none.
-double pixelOf(const BlockSet& blocks, Location location, glm::dvec3 forward) {
-  double product = 1.0;
-  int across = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double spacing =
-        std::abs(forward[axis]) > 0.5 ? 0.0 : spacingAlong(blocks, location, axis);
-    if (!(spacing > 0.0)) continue;
-    product *= spacing;
-    ++across;
-  }
-  return across == 0 ? 0.0 : std::pow(product, 1.0 / across);
-}
-
 StackView ownView(const SlicedConfig& sliced, View view, const BlockSet& blocks,
                   Location location) {
   const Box domain = blocks.domain();
-  const glm::dvec3 extent = domain.size();
-  const double width = std::abs(glm::dot(extent, glm::abs(view.camera.right())));
-  const double height = std::abs(glm::dot(extent, glm::abs(view.camera.up)));
-  // Pixels per side: a sample on each face makes one more than there are distances. The longer side
-  // fits; the outermost pixels of the other may stand inside, or past the last cell.
+  // A sample on each face makes one pixel more than there are distances between samples.
   const int onFaces = location == Location::Point ? 1 : 0;
-  const double longer = std::max(width, height);
-  double pixel = pixelOf(blocks, location, view.camera.forward);
-  if (!(pixel > 0.0)) pixel = longer;
-  const double most = double(sliced.pixels - onFaces);
-  const double along = std::clamp(std::nearbyint(longer / pixel), 1.0, std::max(most, 1.0));
-  pixel = longer / along;
-  const auto count = [&](double side) {
-    const double pixels = side / pixel;
-    return std::max(1,
-                    onFaces ? int(std::floor(pixels + 1e-6)) + 1 : int(std::ceil(pixels - 1e-6)));
+  struct Side {
+    int pixels;
+    double pixel;  ///< world
   };
-  const ImageSize size{std::min(count(width), sliced.pixels),
-                       std::min(count(height), sliced.pixels)};
+  const auto sideAlong = [&](glm::dvec3 way) -> Side {
+    const double extent = glm::dot(domain.size(), glm::abs(way));
+    const double spacing = spacingAlong(blocks, location, way);
+    if (!(extent > 0.0) || !(spacing > 0.0)) return {1, 0.0};
+    const double most = std::max(sliced.pixels - onFaces, 1);
+    const double distances = std::clamp(std::nearbyint(extent / spacing), 1.0, most);
+    return {std::min(int(distances) + onFaces, sliced.pixels), extent / distances};
+  };
+  Side across = sideAlong(view.camera.right()), upward = sideAlong(view.camera.up);
+  // A domain that is flat that way has one pixel there, as wide as the other's.
+  const double other = std::max({across.pixel, upward.pixel, 1e-6 * domain.diagonal()});
+  if (across.pixel == 0.0) across.pixel = other;
+  if (upward.pixel == 0.0) upward.pixel = other;
+  const ImageSize size{across.pixels, upward.pixels};
   view.name = "stack-" + view.name;
-  view.camera.viewHeight = size.height * pixel * (onFaces ? 1.0 - kInside : 1.0);
+  view.camera.viewHeight = size.height * upward.pixel * (onFaces ? 1.0 - kInside : 1.0);
+  view.camera.pixelAspect = across.pixel / upward.pixel;
   return {std::move(view), size, {}};
 }
 

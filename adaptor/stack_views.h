@@ -17,8 +17,9 @@ struct StackView {
 };
 
 /// The stacks that [sliced] asks for. Those of a set have cameras of their own, "stack-front" and
-/// so on, with as many pixels as there are samples across the view as far as SlicedConfig::pixels
-/// allows: square, centred on the samples of point data and of cells that are square as well.
+/// so on, with a pixel on every sample across the view as far as SlicedConfig::pixels allows,
+/// shaped as the samples are (Camera::pixelAspect): coarser pixels, or square ones where samples
+/// are not, would cost edges between them.
 std::vector<StackView> stackViews(const Config& config, const std::vector<View>& views,
                                   const BlockSet& blocks, Location location);
 

@@ -281,11 +281,12 @@ SlicedStack StepMarcher::marchStack(const StepFrame& frame, const StepField& fie
 
 void StepMarcher::marchStacks(const StepFrame& frame, const StepField& field, int threads,
                               StepTimes& times, std::vector<EncodedProxy>& proxies) {
-  const PreviewStyle style{config_.background, config_.transparentBackground, threads};
+  PreviewStyle style{config_.background, config_.transparentBackground, threads};
   const bool own = config_.sliced->stacks != "views";
   for (const StackView& view :
        stackViews(config_, frame.views, *frame.blocks, field.plan.location)) {
     const SlicedStack stack = marchStack(frame, field, view, threads, times);
+    style.pixelAspect = view.view.camera.pixelAspect;
     {
       const Stopwatch watch;
       std::optional<Raster> picture;

@@ -45,7 +45,12 @@ void run(const Options& options) {
                   fmt::format("--pixel '{}' does not name a pixel", options.pixel));
     }
   }
-  const auto cells = probe(readStack(archive.open(*row)), int(pixel[0]), int(pixel[1]),
+  const SlicedStack stack = readStack(archive.open(*row));
+  // Of the picture that `render` makes, whose pixels are square.
+  const ImageSize stored = stack.header.size;
+  const ImageSize shown = squarePixels(stored, stack.header.camera.pixelAspect);
+  const auto cells = probe(stack, int(std::floor(pixel[0] * stored.width / shown.width)),
+                           int(std::floor(pixel[1] * stored.height / shown.height)),
                            options.hasDepth ? std::optional(options.depth) : std::nullopt);
   fmt::print("{}", options.json ? toJson(cells).dump(2) + "\n" : probeText(cells));
 }
@@ -57,7 +62,9 @@ void addProbe(CLI::App& app, int&) {
       "probe", "The distribution of values along a pixel's ray, slab by slab, from a stack");
   auto options = std::make_shared<Options>();
   command->add_option("archive", options->archive, "Archive (NAME.cdb)")->required();
-  command->add_option("--pixel", options->pixel, "X,Y of the stack's picture from its top left")
+  command
+      ->add_option("--pixel", options->pixel,
+                   "X,Y of the view's picture, as render makes it, from its top left")
       ->required();
   CLI::Option* depth = command->add_option(
       "--depth", options->depth, "Planar depth in world units: only the slab that holds it");

@@ -40,7 +40,7 @@ struct PicturePlane {
     const double height = camera.projection == Projection::Orthographic
                               ? camera.viewHeight
                               : 2.0 * std::tan(0.5 * camera.fieldOfView);
-    across = camera.right() * (height * aspect);
+    across = camera.right() * (height * aspect * camera.pixelAspect);
     down = camera.up * -height;
   }
 };

@@ -162,12 +162,12 @@ void placeOver(Picture& front, glm::dvec3 backgroundLinear) {
   });
 }
 
-Picture fitted(const Picture& picture, ImageSize size) {
-  if (picture.size == size) return picture;
-  const double scale =
-      std::min(double(size.width) / picture.size.width, double(size.height) / picture.size.height);
-  const ImageSize inner{std::clamp(int(std::lround(picture.size.width * scale)), 1, size.width),
-                        std::clamp(int(std::lround(picture.size.height * scale)), 1, size.height)};
+Picture fitted(const Picture& picture, ImageSize size, double pixelAspect) {
+  if (picture.size == size && pixelAspect == 1.0) return picture;
+  const double width = picture.size.width * pixelAspect, height = picture.size.height;
+  const double scale = std::min(size.width / width, size.height / height);
+  const ImageSize inner{std::clamp(int(std::lround(width * scale)), 1, size.width),
+                        std::clamp(int(std::lround(height * scale)), 1, size.height)};
   Picture small = resampled(picture, inner);
   if (inner == size) return small;
   Picture result = Picture::blank(size);

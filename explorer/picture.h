@@ -26,9 +26,10 @@ struct Picture {
 void placeOver(Picture& front, const Picture& back);
 /// Over an opaque background of linear RGB.
 void placeOver(Picture& front, glm::dvec3 backgroundLinear);
-/// Fits the picture into `size`, centred, keeping its aspect; area-averaged when it shrinks,
-/// bilinear when it grows; what is left over is transparent.
-Picture fitted(const Picture& picture, ImageSize size);
+/// Fits the picture, whose pixels are `pixelAspect` times as wide as high, into square pixels,
+/// centred, keeping its shape; area-averaged when it shrinks, bilinear when it grows; what is left
+/// over is transparent.
+Picture fitted(const Picture& picture, ImageSize size, double pixelAspect = 1.0);
 
 /// 8-bit sRGB, alpha no longer premultiplied; and back.
 Raster rasterFromPicture(const Picture& picture);

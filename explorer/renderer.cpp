@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "explorer/annotate.h"
 #include "explorer/renderer_impl.h"
@@ -127,6 +128,8 @@ Rendered Renderer::render(const Look& look) {
                      ? stored
                      : stored.orbited(base.header().domain.center(), radians(look.rotate.azimuth),
                                       radians(look.rotate.elevation), radians(look.rotate.roll));
+    // Only the pictures that are stored have any but square pixels.
+    if (!look.rotate.isZero()) out.camera.pixelAspect = 1.0;
     const Impl::Stacks stacks = self.stacksAnswer(look, cycle, field, base, out.camera, out);
     const bool fromField =
         stacks == Impl::Stacks::None && self.fieldAnswers(look, cycle, field, base, out.camera);
@@ -138,7 +141,9 @@ Rendered Renderer::render(const Look& look) {
     const ProxyHeader& header = grid ? grid->header() : view.header();
     const TransferFunction function =
         functionOf(look, header, grid ? &*header.partition : view.partition());
-    const ImageSize viewSize = (fromField ? base : view).header().size;
+    const ProxyHeader& viewed = (fromField ? base : view).header();
+    const ImageSize viewSize = squarePixels(viewed.size, viewed.camera.pixelAspect);
+    if (grid || fromField) out.camera.pixelAspect = 1.0;
     if (grid) {
       self.drawStackGrid(look, *grid, function, viewSize, out);
     } else if (stacks == Impl::Stacks::Pieces) {
@@ -154,8 +159,9 @@ Rendered Renderer::render(const Look& look) {
     } else if (look.trust) {
       out.trust.assign(out.picture.size.pixels(), Trust::Data);
     }
-    const ImageSize size = look.size.value_or(out.picture.size);
-    out.picture = fitted(out.picture, size);
+    const double pixelAspect = std::exchange(out.camera.pixelAspect, 1.0);
+    const ImageSize size = look.size.value_or(squarePixels(out.picture.size, pixelAspect));
+    out.picture = fitted(out.picture, size, pixelAspect);
     out.camera = fittedCamera(out.camera, viewSize, size);
     const AnnotationSubject subject{out.camera,   header.domain, &function,   header.field,
                                     header.units, header.time,   header.cycle};

@@ -26,7 +26,8 @@ glm::ivec3 sizeOf(const ProxyHeader& header) {
                     std::to_string(size.width) + " x " + std::to_string(size.height) + " pixels");
   }
   const double depth = header.slabDepths.back() - header.slabDepths.front();
-  const double pixel = header.camera.viewHeight / size.height;
+  const double pixel =
+      header.camera.viewHeight / size.height * std::min(header.camera.pixelAspect, 1.0);
   const double most = double(StackSamples::kMostCells / size.pixels());
   const double slabs = double(header.slabDepths.size());
   const double wanted = std::clamp(std::round(depth / pixel) + 1.0, slabs, 2048.0);

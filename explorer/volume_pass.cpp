@@ -78,10 +78,10 @@ RayUniforms raysOf(const Camera& camera, ImageSize size, const glm::dmat4& cellF
   const glm::dvec3 right = camera.right(), up = camera.up;
   const bool perspective = camera.projection == Projection::Perspective;
   const double height = perspective ? 2.0 * std::tan(0.5 * camera.fieldOfView) : camera.viewHeight;
-  const double pixel = height / size.height;
-  // Pixel (x, y) is at (x - w / 2) * pixel to the right and (h / 2 - y) * pixel up.
-  const glm::dvec3 corner = (-0.5 * size.width * pixel) * right + (0.5 * height) * up;
-  const std::array<glm::dvec3, 3> across{corner, pixel * right, -pixel * up};
+  const double pixel = height / size.height, wide = pixel * camera.pixelAspect;
+  // Pixel (x, y) is at (x - w / 2) * wide to the right and (h / 2 - y) * pixel up.
+  const glm::dvec3 corner = (-0.5 * size.width * wide) * right + (0.5 * height) * up;
+  const std::array<glm::dvec3, 3> across{corner, wide * right, -pixel * up};
   const glm::dvec3 middle = camera.position + depthOrigin * camera.forward;
   for (std::size_t i = 0; i < 3; ++i) {
     const glm::dvec3 point = i == 0 ? middle : glm::dvec3(0.0);
@@ -93,7 +93,7 @@ RayUniforms raysOf(const Camera& camera, ImageSize size, const glm::dmat4& cellF
         glm::dvec3(cellFromWorld * glm::dvec4(way + (perspective ? 1.0 : 0.0) * across[i], 0.0));
   }
   if (perspective) {
-    rays.tangent = {-0.5 * size.width * pixel, 0.5 * height, pixel, -pixel};
+    rays.tangent = {-0.5 * size.width * wide, 0.5 * height, wide, -pixel};
     rays.nearest = std::max(camera.nearDepth, 0.0) - depthOrigin;
   }
   // The fastest axis of the ray in the middle of the picture and in its corners.

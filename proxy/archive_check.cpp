@@ -75,7 +75,7 @@ void checkRow(const fs::path& directory, const ArchiveRow& row, std::vector<Find
   ImageSize size;
   const bool opened = examine(row.exr, [&](const auto& report) {
     const ExrFile file(directory / row.exr);
-    size = file.header().size;
+    size = squarePixels(file.header().size, file.header().camera.pixelAspect);
     if (std::string difference = differenceFrom(row, file.header()); !difference.empty())
       report(difference);
     for (std::string& problem : problemsOf(file)) report(std::move(problem));
@@ -84,8 +84,8 @@ void checkRow(const fs::path& directory, const ArchiveRow& row, std::vector<Find
   examine(row.png, [&](const auto& report) {
     const ImageSize preview = readPng(directory / row.png).size;
     if (opened && preview != size)
-      report(fmt::format("it has {} x {} pixels, the proxy {} x {}", preview.width, preview.height,
-                         size.width, size.height));
+      report(fmt::format("it has {} x {} pixels, the proxy's picture {} x {}", preview.width,
+                         preview.height, size.width, size.height));
   });
 }
 

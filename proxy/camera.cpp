@@ -58,11 +58,19 @@ double heightAt(const Camera& camera, double depth) {
 }
 
 /// Pixel to (x right, y up) in units of the picture's height, zero in the middle.
-glm::dvec2 offsetFromCenter(glm::dvec2 pixel, ImageSize size) {
-  return {(pixel.x - 0.5 * size.width) / size.height, 0.5 - pixel.y / size.height};
+glm::dvec2 offsetFromCenter(const Camera& camera, glm::dvec2 pixel, ImageSize size) {
+  return {camera.pixelAspect * (pixel.x - 0.5 * size.width) / size.height,
+          0.5 - pixel.y / size.height};
 }
 
 }  // namespace
+
+ImageSize squarePixels(ImageSize size, double pixelAspect) {
+  const auto grown = [](int count, double by) {
+    return int(std::lround(std::min(count * std::max(by, 1.0), std::max(count, 4096) * 1.0)));
+  };
+  return {grown(size.width, pixelAspect), grown(size.height, 1.0 / pixelAspect)};
+}
 
 glm::dvec3 Camera::right() const { return glm::cross(forward, up); }
 
@@ -95,14 +103,14 @@ glm::dmat4 Camera::clipFromEye(double aspect) const {
   const double range = farDepth - nearDepth;
   glm::dmat4 m(0.0);
   if (projection == Projection::Orthographic) {
-    m[0][0] = 2.0 / (viewHeight * aspect);
+    m[0][0] = 2.0 / (viewHeight * aspect * pixelAspect);
     m[1][1] = 2.0 / viewHeight;
     m[2][2] = -2.0 / range;
     m[3][2] = -(farDepth + nearDepth) / range;
     m[3][3] = 1.0;
   } else {
     const double t = std::tan(0.5 * fieldOfView);
-    m[0][0] = 1.0 / (t * aspect);
+    m[0][0] = 1.0 / (t * aspect * pixelAspect);
     m[1][1] = 1.0 / t;
     m[2][2] = -(farDepth + nearDepth) / range;
     m[2][3] = -1.0;
@@ -115,7 +123,7 @@ glm::dmat4 Camera::eyeFromClip(double aspect) const {
   const double range = farDepth - nearDepth;
   glm::dmat4 m(0.0);
   if (projection == Projection::Orthographic) {
-    m[0][0] = 0.5 * viewHeight * aspect;
+    m[0][0] = 0.5 * viewHeight * aspect * pixelAspect;
     m[1][1] = 0.5 * viewHeight;
     m[2][2] = -0.5 * range;
     m[3][2] = -0.5 * (farDepth + nearDepth);
@@ -123,7 +131,7 @@ glm::dmat4 Camera::eyeFromClip(double aspect) const {
   } else {
     const double t = std::tan(0.5 * fieldOfView);
     const double twice = 2.0 * farDepth * nearDepth;
-    m[0][0] = t * aspect;
+    m[0][0] = t * aspect * pixelAspect;
     m[1][1] = t;
     m[2][3] = -range / twice;
     m[3][2] = -1.0;
@@ -137,7 +145,7 @@ glm::dmat4 Camera::clipFromWorld(double aspect) const {
 }
 
 Ray Camera::rayThrough(glm::dvec2 pixel, ImageSize size) const {
-  const glm::dvec2 offset = offsetFromCenter(pixel, size);
+  const glm::dvec2 offset = offsetFromCenter(*this, pixel, size);
   if (projection == Projection::Orthographic)
     return {position + viewHeight * (offset.x * right() + offset.y * up), forward, 1.0};
   const double height = heightAt(*this, 1.0);
@@ -150,14 +158,14 @@ glm::dvec3 Camera::project(glm::dvec3 world, ImageSize size) const {
   const glm::dvec3 d = world - position;
   const double depth = glm::dot(d, forward);
   const double pixelsPerLength = size.height / heightAt(*this, depth);
-  return {0.5 * size.width + glm::dot(d, right()) * pixelsPerLength,
+  return {0.5 * size.width + glm::dot(d, right()) * pixelsPerLength / pixelAspect,
           0.5 * size.height - glm::dot(d, up) * pixelsPerLength, depth};
 }
 
 glm::dvec3 Camera::unproject(glm::dvec3 pixelAndDepth, ImageSize size) const {
   const double depth = pixelAndDepth.z;
   const glm::dvec2 offset =
-      heightAt(*this, depth) * offsetFromCenter({pixelAndDepth.x, pixelAndDepth.y}, size);
+      heightAt(*this, depth) * offsetFromCenter(*this, {pixelAndDepth.x, pixelAndDepth.y}, size);
   return position + depth * forward + offset.x * right() + offset.y * up;
 }
 
@@ -188,6 +196,8 @@ void Camera::validate() const {
     refuse("camera up " + text(up) + " is not orthogonal to forward " + text(forward));
   if (!std::isfinite(viewHeight) || viewHeight <= 0.0)
     refuse(fmt::format("camera viewHeight {} is not positive and finite", viewHeight));
+  if (!std::isfinite(pixelAspect) || pixelAspect <= 0.0)
+    refuse(fmt::format("camera pixelAspect {} is not positive and finite", pixelAspect));
   if (!(fieldOfView > 0.0 && fieldOfView < std::numbers::pi))
     refuse(fmt::format("camera fieldOfView {} is not between 0 and pi", fieldOfView));
   if (!std::isfinite(nearDepth))

@@ -18,6 +18,10 @@ struct ImageSize {
   friend bool operator==(const ImageSize&, const ImageSize&) = default;
 };
 
+/// The smallest picture of square pixels that has no fewer on either side than one of `size` whose
+/// pixels are `pixelAspect` times as wide as high; no side grows past 4096.
+ImageSize squarePixels(ImageSize size, double pixelAspect);
+
 /// A ray in world space. `direction` is a unit vector; one unit along it is `depthPerLength` units
 /// of planar depth Z (method §0: ds = dZ / cos θ).
 struct Ray {
@@ -38,14 +42,18 @@ struct Camera {
   glm::dvec3 up{0.0, 0.0, 1.0};       ///< unit, orthogonal to forward
   double viewHeight = 1.0;            ///< orthographic: world height of the picture, > 0
   double fieldOfView = 0.5;           ///< perspective: full vertical angle in radians, in (0, π)
+  double pixelAspect = 1.0;           ///< width / height of a pixel in the world, > 0
   double nearDepth = 0.0;             ///< Z mapped to NDC z = -1; > 0 for perspective
   double farDepth = 2.0;              ///< Z mapped to NDC z = +1; > nearDepth
 
   glm::dvec3 right() const;
+  /// Width / height of a picture in the world.
+  double aspect(ImageSize size) const { return size.aspect() * pixelAspect; }
   /// Rigid: world to eye space and back.
   glm::dmat4 eyeFromWorld() const;
   glm::dmat4 worldFromEye() const;
-  /// OpenGL clip space (x right, y up, z in [-w, w]) for a picture of this width / height.
+  /// OpenGL clip space (x right, y up, z in [-w, w]) for a picture of this width / height in
+  /// pixels.
   glm::dmat4 clipFromEye(double aspect) const;
   glm::dmat4 eyeFromClip(double aspect) const;
   glm::dmat4 clipFromWorld(double aspect) const;

@@ -256,7 +256,8 @@ Imf::Header headerOf(const ProxyHeader& proxy, const StoredPart& part, int zipLe
   const ImageSize size = proxy.size;
   const Extent& e = part.extent;
   Imf::Header header(Imath::Box2i({0, 0}, {size.width - 1, size.height - 1}),
-                     Imath::Box2i({e.x0, e.y0}, {e.x1 - 1, e.y1 - 1}));
+                     Imath::Box2i({e.x0, e.y0}, {e.x1 - 1, e.y1 - 1}),
+                     float(proxy.camera.pixelAspect));
   header.compression() = Imf::ZIP_COMPRESSION;
   header.zipCompressionLevel() = zipLevel;
   header.setName(part.layout.name);

@@ -74,6 +74,7 @@ void setCamera(Imf::Header& header, AttributeWriter& write, const Camera& camera
   write.vector("vestige:forward", camera.forward);
   write.vector("vestige:up", camera.up);
   write.number("vestige:viewHeight", camera.viewHeight);
+  write.number("vestige:pixelAspect", camera.pixelAspect);
   write.number("vestige:fieldOfView", camera.fieldOfView);
   write.number("vestige:nearDepth", camera.nearDepth);
   write.number("vestige:farDepth", camera.farDepth);
@@ -134,6 +135,7 @@ class AttributeReader {
     if (!a) missing(name);
     return a->value();
   }
+  bool has(const char* name) const { return header_.find(name) != header_.end(); }
   double number(const char* name) const {
     auto* a = find<Imf::DoubleAttribute>(name);
     if (!a) missing(name);
@@ -181,6 +183,7 @@ Camera cameraFrom(const AttributeReader& read) {
   camera.forward = read.vector("vestige:forward");
   camera.up = read.vector("vestige:up");
   camera.viewHeight = read.number("vestige:viewHeight");
+  camera.pixelAspect = read.has("vestige:pixelAspect") ? read.number("vestige:pixelAspect") : 1.0;
   camera.fieldOfView = read.number("vestige:fieldOfView");
   camera.nearDepth = read.number("vestige:nearDepth");
   camera.farDepth = read.number("vestige:farDepth");

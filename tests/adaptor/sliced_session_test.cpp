@@ -33,21 +33,21 @@ TEST(SlicedSession, StoresThreeStacksWithAsManyPixelsAsSamples) {
   const auto views = archive.views();
   EXPECT_EQ(std::set<std::string>(views.begin(), views.end()),
             (std::set<std::string>{"front", "stack-front", "stack-left", "stack-top"}));
-  // The unit cube has 24 x 20 x 16 points: pixels are square, and as many.
-  for (const auto& [view, size] : {std::pair{"stack-front", ImageSize{20, 20}},
-                                   {"stack-left", {18, 18}},
-                                   {"stack-top", {22, 22}}}) {
+  // The unit cube has 24 x 20 x 16 points: a pixel each, of their shape.
+  for (const auto& [view, size] : {std::pair{"stack-front", ImageSize{24, 16}},
+                                   {"stack-left", {20, 16}},
+                                   {"stack-top", {24, 20}}}) {
     const SlicedStack stack = stackOf(archive, view);
     EXPECT_EQ(stack.header.size, size) << view;
+    EXPECT_NEAR(stack.header.camera.pixelAspect, (size.height - 1.0) / (size.width - 1.0), 1e-12);
     EXPECT_EQ(stack.slabs.size(), 5u);
     EXPECT_EQ(stack.levels, 32);
     // The outermost pixels stand on the faces.
     const glm::dvec3 corner = stack.header.camera.unproject({0.5, 0.5, 0.0}, size);
-    double offCentre = 0.0;
-    for (int axis = 0; axis < 3; ++axis)
-      if (std::abs(stack.header.camera.forward[axis]) < 0.5)
-        offCentre = std::max(offCentre, std::abs(corner[axis] - 0.5));
-    EXPECT_NEAR(offCentre, 0.5, 1e-4);
+    for (int axis = 0; axis < 3; ++axis) {
+      if (std::abs(stack.header.camera.forward[axis]) > 0.5) continue;
+      EXPECT_NEAR(std::abs(corner[axis] - 0.5), 0.5, 1e-4);
+    }
     std::size_t hits = 0;
     for (const StackSlab& slab : stack.slabs)
       for (const StackCell& cell : slab.cells) hits += cell.count > 0;

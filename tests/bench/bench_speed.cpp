@@ -11,6 +11,13 @@
 //   open         the same from a closed archive: opening, decoding, editing
 //   edit-runs, open-runs
 //                likewise in the reconstructed order of runs, as edit_psnr is measured
+//   novel TIER PIXELS same|changed
+//                a view turned by ten degrees from a tier, each time a little more, its data
+//                decoded; with the look of the time before, or another
+//   step TIER    a whole step of a tier at 512^2, written: seconds
+//   grown TIER   greatest growth of this process's memory in steps of a tier (of a fresh process),
+//                bytes of the field
+// TIER is flat, sliced (one stack), sliced3 (three), layered (k = 4) or field.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -19,6 +26,7 @@
 #include <fstream>
 #include <glm/trigonometric.hpp>
 #include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -58,10 +66,25 @@ std::vector<OpacityPoint> basePoints(const Scene& scene) {
 constexpr const char* kEdited = "'attenuation', 'length', 'depth'";
 constexpr const char* kFlat = "'attenuation', 'length', 'depth', 'mip', 'reference'";
 
+struct Tier {
+  const char* proxies;
+  const char* tables = "";  ///< of the configuration
+  Source source = Source::Auto;
+};
+
+Tier tierOf(const std::string& name) {
+  if (name == "flat") return {kFlat};
+  if (name == "sliced") return {"'sliced'", "[sliced]\nstacks = 'front'\n", Source::Sliced};
+  if (name == "sliced3") return {"'sliced'", "", Source::Sliced};
+  if (name == "layered") return {"'layered'", "", Source::Layered};
+  if (name == "field") return {"'field'", "", Source::Field};
+  throw std::runtime_error("unknown tier '" + name + "'");
+}
+
 /// A run through the C API that keeps one view of the scene.
 class Run {
  public:
-  Run(const Scene& scene, int pixels, const fs::path& archive, const char* proxies)
+  Run(const Scene& scene, int pixels, const fs::path& archive, const Tier& tier)
       : scene_(scene), archive_(archive) {
     fs::remove_all(archive);
     std::string points;
@@ -73,9 +96,10 @@ class Run {
         "[output]\npath = '{}'\nexisting = 'overwrite'\n[trigger]\nevery_cycles = 1\n"
         "[image]\nwidth = {}\nheight = {}\nproxies = [{}]\n[[view]]\nset = 'front'\n"
         "[[field]]\nsource = 'field'\nrange = [{}, {}]\nintervals = 16\nopacity = [{}]\n"
-        "isovalues = [{}, {}, {}, {}]\n",
-        archive.string(), pixels, pixels, proxies, scene.low, scene.high, points, scene.low + step,
-        scene.low + 2 * step, scene.low + 3 * step, scene.low + 4 * step);
+        "isovalues = [{}, {}, {}, {}]\n{}",
+        archive.string(), pixels, pixels, tier.proxies, scene.low, scene.high, points,
+        scene.low + step, scene.low + 2 * step, scene.low + 3 * step, scene.low + 4 * step,
+        tier.tables);
     vestige_options options = VESTIGE_OPTIONS_INIT;
     options.config_text = config_.c_str();
     check(vestige_open(&options, &session_));
@@ -188,7 +212,7 @@ void serve(const Scene& scene, const fs::path& folder) {
   const auto step = [&]() -> Run& {
     if (!small) {
       before = statusBytes("VmRSS:");
-      small = std::make_unique<Run>(scene, 512, folder / "512.cdb", kEdited);
+      small = std::make_unique<Run>(scene, 512, folder / "512.cdb", Tier{kEdited});
       small->execute();  // compiles programs; no figure includes it
     }
     small->execute();
@@ -196,15 +220,17 @@ void serve(const Scene& scene, const fs::path& folder) {
   };
   const auto large = [&] {
     if (device) return;
-    Run(scene, 1024, folder / "1024.cdb", kEdited).execute();
+    Run(scene, 1024, folder / "1024.cdb", Tier{kEdited}).execute();
     device = gl::Device::create("auto");
   };
   const auto open = [&] {
     renderer =
         std::make_unique<Renderer>(device, std::make_shared<const Archive>(folder / "1024.cdb"));
   };
-  std::unique_ptr<Renderer> layered;  ///< of layers at layeredPixels squared
-  int layeredPixels = 0;
+  std::unique_ptr<Renderer> turned;  ///< of turnedTier at turnedPixels squared
+  std::string turnedTier;
+  int turnedPixels = 0;
+  std::map<std::string, std::unique_ptr<Run>> tiers;
   int edits = 0;
   bool inRuns = false;  ///< what the renderer was last asked for
   std::puts("ready");
@@ -217,7 +243,7 @@ void serve(const Scene& scene, const fs::path& folder) {
       step();
       fmt::print("{}\t{}\n", statusBytes("VmHWM:") - before, scene.values.size() * 4);
     } else if (command == "bytes") {
-      { Run(scene, 512, folder / "bytes.cdb", kFlat).execute(); }
+      { Run(scene, 512, folder / "bytes.cdb", Tier{kFlat}).execute(); }
       const Archive archive(folder / "bytes.cdb");
       std::string line;
       for (auto proxy :
@@ -235,21 +261,42 @@ void serve(const Scene& scene, const fs::path& folder) {
       inRuns = runs;
       const Look look = editedLook(++edits, scene, runs);
       fmt::print("{}\n", secondsOf([&] { renderer->render(look); }));
-    } else if (command == "turn 512" || command == "turn 1024") {
+    } else if (command.starts_with("novel ")) {
       // A little more of a turn each time, so that nothing could be kept.
-      const int pixels = command == "turn 512" ? 512 : 1024;
-      if (!layered || layeredPixels != pixels) {
-        const fs::path archive = folder / "layered.cdb";
-        layered.reset();
-        Run(scene, pixels, archive, "'layered'").execute();
-        if (!device) device = gl::Device::create("auto");
-        layered = std::make_unique<Renderer>(device, std::make_shared<const Archive>(archive));
-        layeredPixels = pixels;
-      }
-      Look look;
-      look.source = Source::Layered;
+      std::istringstream words(command.substr(6));
+      std::string name, how;
+      int pixels = 0;
+      words >> name >> pixels >> how;
+      const Tier tier = tierOf(name);
+      Look look = how == "changed" ? editedLook(++edits, scene, false) : Look();
+      look.source = tier.source;
       look.rotate.azimuth = kTurnDegrees + 0.01 * ++edits;
-      fmt::print("{}\n", secondsOf([&] { layered->render(look); }));
+      if (!turned || turnedTier != name || turnedPixels != pixels) {
+        const fs::path archive = folder / "turned.cdb";
+        turned.reset();
+        Run(scene, pixels, archive, tier).execute();
+        if (!device) device = gl::Device::create("auto");
+        turned = std::make_unique<Renderer>(device, std::make_shared<const Archive>(archive));
+        turnedTier = name;
+        turnedPixels = pixels;
+      }
+      look.size = ImageSize{pixels, pixels};
+      fmt::print("{}\n", secondsOf([&] { turned->render(look); }));
+    } else if (command.starts_with("step ") || command.starts_with("grown ")) {
+      const bool memory = command.starts_with("grown ");
+      const std::string name = command.substr(command.find(' ') + 1);
+      if (memory) before = statusBytes("VmRSS:");
+      auto& run = tiers[name];
+      if (!run) {
+        run = std::make_unique<Run>(scene, 512, folder / (name + "-step.cdb"), tierOf(name));
+        run->execute();  // compiles programs; no figure includes it
+      }
+      const double seconds = secondsOf([&] { run->execute(); });
+      if (memory) {
+        fmt::print("{}\t{}\n", statusBytes("VmHWM:") - before, scene.values.size() * 4);
+      } else {
+        fmt::print("{}\n", seconds);
+      }
     } else if (command == "open" || command == "open-runs") {
       large();
       renderer.reset();

@@ -15,6 +15,7 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 REPETITIONS = {128: 9, 256: 5, 512: 3}
+TIERS = ("flat", "sliced", "sliced3", "layered", "field")
 
 
 class Side:
@@ -99,16 +100,39 @@ def measure_size(binaries, size, suffix, wanted, folder):
                                        lambda: they.ask("render"))
             report(f"open_and_edit_vs_vtk{order}", render[0] / opened[0])
         they.close()
-    for pixels, name in (("1024", ""), ("512", "_512px")) if not suffix else ():
-        line = f"novel_view_vs_vtk_layered{name}"
-        if line not in wanted:
-            continue
-        they = vtk(folder, f"{pixels}-turned")
-        turn, render = alternate(count, lambda: we.ask(f"turn {pixels}"),
-                                 lambda: they.ask("render"))
-        they.close()
-        report(line, render[0] / turn[0])
     we.close()
+    if not suffix:
+        measure_tiers(binaries, size, wanted, folder)
+
+
+def measure_tiers(binaries, size, wanted, folder):
+    """What each tier costs in situ, and how fast it is seen from elsewhere."""
+    count = REPETITIONS[size]
+    for tier in TIERS:
+        novel = [(f"novel_view_vs_vtk_{tier}{how}{name}", f"novel {tier} {pixels} {word}", pixels)
+                 for pixels, name in (("1024", ""), ("512", "_512px"))
+                 for how, word in (("", "same"), ("_changed", "changed"))]
+        insitu, peak = f"insitu_step_vs_vtk_{tier}", f"peak_memory_over_field_{tier}"
+        if not wanted.intersection([insitu, peak, *(line for line, _, _ in novel)]):
+            continue
+        we = ours(binaries, "turbulent", size, folder)
+        if peak in wanted:
+            grown, field = we.ask(f"grown {tier}")
+            report(peak, grown / field)
+        if insitu in wanted:
+            they = vtk(folder, 512)
+            step, render = alternate(count, lambda: we.ask(f"step {tier}"),
+                                     lambda: they.ask("render"))
+            they.close()
+            report(insitu, step[0] / render[0])
+        for line, command, pixels in novel:
+            if line not in wanted:
+                continue
+            they = vtk(folder, f"{pixels}-turned")
+            turn, render = alternate(count, lambda: we.ask(command), lambda: they.ask("render"))
+            they.close()
+            report(line, render[0] / turn[0])
+        we.close()
 
 
 def measure_plume_bytes(binaries, folder):

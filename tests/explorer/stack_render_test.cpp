@@ -134,6 +134,33 @@ TEST_F(StackRendering, AStackAnswersItsOwnView) {
   EXPECT_TRUE(says(made.render(look), "sliced answers"));
 }
 
+TEST_F(StackRendering, LongPixelsAreShownInSquareOnes) {
+  const synthetic::TemporaryFolder folder;
+  test::VoxelView at = test::voxelView(scene(), {0, 1, 0}, {0, 0, 1});
+  at.size.height = 20;
+  at.camera.pixelAspect = 0.5;
+  SlicedStack stack = test::walkedStack(scene(), at.camera, at.size, partition(), 8, 32);
+  stack.header.view = "stack-front";
+  stack.header.base = baseFunction();
+  stack.header.statistics.high = 1.0;
+  ArchiveWriter(folder.path() / "a.cdb", ExistingArchive::Refuse).writeStep({encodeProxy(stack)});
+  Renderer made(device(), std::make_shared<const Archive>(folder.path() / "a.cdb"));
+  Look look = plainLook();
+  for (const double azimuth : {0.0, 20.0}) {
+    look.rotate.azimuth = azimuth;
+    const Rendered rendered = made.render(look);
+    EXPECT_EQ(rendered.picture.size, (ImageSize{40, 40}));
+    EXPECT_EQ(rendered.camera.pixelAspect, 1.0);
+    EXPECT_LT(meanDifference(rendered.picture, truth(rendered.camera, rendered.picture.size)), 0.02)
+        << azimuth;
+  }
+  look = plainLook();
+  look.size = ImageSize{100, 80};
+  const Rendered wide = made.render(look);
+  EXPECT_EQ(wide.picture.size, look.size);
+  EXPECT_LT(meanDifference(wide.picture, truth(wide.camera, wide.picture.size)), 0.02);
+}
+
 TEST_F(StackRendering, MeasuresItsErrorAgainstTheRunsOwnPicture) {
   const auto own = renderer().ownLook(plainLook());
   ASSERT_TRUE(own.has_value());

@@ -198,7 +198,8 @@ TEST_F(ArchiveRepair, TimingsAreChecked) {
 TEST_F(ArchiveRepair, APreviewOfAnotherSizeThanItsProxyIsDamage) {
   const std::string png = Archive(path_).rows()[0].png;
   writeDurably(path_ / png, encodePng(someRaster({8, 6})));
-  EXPECT_NE(damage().find(png + ": it has 8 x 6 pixels, the proxy 12 x 10"), std::string::npos)
+  EXPECT_NE(damage().find(png + ": it has 8 x 6 pixels, the proxy's picture 12 x 10"),
+            std::string::npos)
       << damage();
 }
 

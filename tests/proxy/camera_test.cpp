@@ -31,9 +31,12 @@ struct Scenes {
     const glm::dvec3 low = scale * 3.0 * vector();
     box = {low, low + scale * (0.5 * vector() + 0.5)};
     size = {1 + int(uniform(0, 2000)), 1 + int(uniform(0, 2000))};
-    camera = frameBox(box, vector() * std::pow(10.0, uniform(-6, 6)), vector(), size.aspect(),
+    const double pixelAspect = uniform(0, 1) < 0.5 ? 1.0 : std::exp(uniform(-2, 2));
+    camera = frameBox(box, vector() * std::pow(10.0, uniform(-6, 6)), vector(),
+                      size.aspect() * pixelAspect,
                       uniform(0, 1) < 0.5 ? Projection::Orthographic : Projection::Perspective,
                       uniform(0.01, 3.0));
+    camera.pixelAspect = pixelAspect;
   }
   glm::dvec3 pointInBox() {
     return {uniform(box.low.x, box.high.x), uniform(box.low.y, box.high.y),
@@ -139,6 +142,15 @@ TEST(Camera, RaysPassThroughThePointsOfTheirPixel) {
   }
 }
 
+TEST(Camera, SquarePixelsAreNoFewerAndOfTheSameShape) {
+  EXPECT_EQ(squarePixels({256, 108}, 1.0), (ImageSize{256, 108}));
+  EXPECT_EQ(squarePixels({256, 108}, 0.5), (ImageSize{256, 216}));
+  EXPECT_EQ(squarePixels({256, 108}, 1.5), (ImageSize{384, 108}));
+  // What a hostile file claims must not ask for more memory than a screen has.
+  EXPECT_EQ(squarePixels({256, 108}, 1e300), (ImageSize{4096, 108}));
+  EXPECT_EQ(squarePixels({5000, 108}, 1e-300), (ImageSize{5000, 4096}));
+}
+
 TEST(Camera, OrbitsToItsRightThenUpThenTurnsThePictureCounterclockwise) {
   const double quarter = 0.5 * std::numbers::pi;
   Camera c;
@@ -233,6 +245,8 @@ TEST(Camera, ValidateNamesTheValueThatIsOutOfRange) {
   names([](Camera& c) { c.up = {0, 0, 0.5}; }, "up (0, 0, 0.5)");
   names([](Camera& c) { c.up = {0, 1, 0}; }, "orthogonal");
   names([](Camera& c) { c.viewHeight = 0.0; }, "viewHeight 0");
+  names([](Camera& c) { c.pixelAspect = 0.0; }, "pixelAspect 0");
+  names([](Camera& c) { c.pixelAspect = kInfinity; }, "pixelAspect inf");
   names([](Camera& c) { c.viewHeight = kInfinity; }, "viewHeight inf");
   names([](Camera& c) { c.fieldOfView = 3.2; }, "fieldOfView 3.2");
   names([](Camera& c) { c.nearDepth = kNaN; }, "nearDepth nan");

@@ -217,6 +217,7 @@ TEST_F(HostileExr, AbsurdDescriptionsAreRefused) {
       {"vestige:position", n(kNaN, 0.0, 0.0)},
       {"vestige:forward", n(0.0, 0.0, 0.0)},
       {"vestige:viewHeight", n(-1.0)},
+      {"vestige:pixelAspect", n(0.0)},
       {"vestige:farDepth", n(-1e300)},
       {"vestige:domainLow", n(kNaN, kNaN, kNaN)},
       {"vestige:domainHigh", n(-1e9, -1e9, -1e9)},

@@ -88,6 +88,7 @@ TEST(Exr, PerspectiveCamerasAndAwkwardNumbersSurviveBitForBit) {
   ProxyHeader h = someHeader();
   h.camera = frameBox(h.domain, {1.0, 2.0, 3.0}, {0.0, 0.0, 1.0}, h.size.aspect(),
                       Projection::Perspective, 0.7);
+  h.camera.pixelAspect = 1.1;
   h.time = 1e-300;
   h.cycle = 123456789012345;
   h.statistics.deviation = std::numeric_limits<double>::infinity();

@@ -160,15 +160,10 @@ VoxelView voxelView(const Scene& scene, glm::dvec3 forward, glm::dvec3 up) {
     return a.x > a.y && a.x > a.z ? 0 : a.y > a.z ? 1 : 2;
   };
   const int across = along(right), upward = along(view.camera.up);
-  // Pixels are square and as many as samples; on samples where these are evenly far apart.
-  const glm::dvec3 extent = scene.domain().size();
-  const double longer = std::max(extent[across], extent[upward]);
-  const double side = std::sqrt(scene.spacing[across] * scene.spacing[upward]);
-  const double pixel = longer / std::max(1.0, std::nearbyint(longer / side));
-  view.size = {int(std::floor(extent[across] / pixel + 1e-6)) + 1,
-               int(std::floor(extent[upward] / pixel + 1e-6)) + 1};
+  view.size = {scene.size[std::size_t(across)], scene.size[std::size_t(upward)]};
   // A hair narrower, so that rays through the outermost samples do not miss the domain by rounding.
-  view.camera.viewHeight = view.size.height * pixel * (1.0 - 1e-5);
+  view.camera.viewHeight = view.size.height * scene.spacing[upward] * (1.0 - 1e-5);
+  view.camera.pixelAspect = scene.spacing[across] / scene.spacing[upward];
   return view;
 }
 

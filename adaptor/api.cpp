@@ -264,8 +264,17 @@ int vestige_domain(vestige_session* session, const double low[3], const double h
 
 int vestige_wants(vestige_session* session, int64_t cycle, double time) {
   if (!session || !session->session) return 0;
-  const vestige::HostFloatingPoint hostsOwn;
-  return session->session->wants(cycle, time) ? 1 : 0;
+  int wanted = 1;
+  {
+    const vestige::HostFloatingPoint hostsOwn;
+    try {
+      wanted = session->session->wants(cycle, time) ? 1 : 0;
+    } catch (const std::bad_alloc&) {
+      // What is not known to be unwanted is wanted: execute decides.
+    }
+  }
+  flushLog(*session);
+  return wanted;
 }
 
 int vestige_wants_field(vestige_session* session, const char* name) {

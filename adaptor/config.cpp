@@ -55,6 +55,8 @@ void readGl(ConfigReader reader, Config& config) {
 void readImage(ConfigReader reader, Config& config) {
   reader.readInteger("width", 1, 16384, config.size.width);
   reader.readInteger("height", 1, 16384, config.size.height);
+  config.fixed.size = reader.has("width") || reader.has("height");
+  config.fixed.proxies = reader.has("proxies");
   reader.read("phong", config.phong);
   reader.readPositive("step_length", config.stepLength, true);
   reader.readPositive("reference_length", config.referenceLength, true);
@@ -89,6 +91,7 @@ void readImage(ConfigReader reader, Config& config) {
 
 void readLayered(ConfigReader reader, Config& config) {
   reader.readInteger("layers", 1, kMostLayers, config.layers);
+  config.fixed.layers = reader.has("layers");
   if (const auto light = reader.readNumbers("light", 3); !light.empty()) {
     config.layerLight = glm::dvec3(light[0], light[1], light[2]);
     if (!(glm::length(*config.layerLight) > 0.0)) reader.fail("light", "has no direction");
@@ -116,6 +119,10 @@ void readSliced(ConfigReader reader, Config& config) {
   if (!SlicedStack::allowsLevels(sliced.levels)) {
     reader.fail("levels", fmt::format("{} is none of 16, 32, 64, 128", sliced.levels));
   }
+  config.fixed.stacks = reader.has("stacks");
+  config.fixed.pixels = reader.has("pixels");
+  config.fixed.slabs = reader.has("slabs");
+  config.fixed.levels = reader.has("levels");
   reader.rejectUnknownKeys();
 }
 
@@ -132,6 +139,19 @@ void readReducedField(ConfigReader reader, Config& config) {
     config.fieldAbsoluteError = error;
   }
   if (!config.field) reader.fail("tolerance", "[image] proxies does not name \"field\"");
+  config.fixed.reduction = reader.has("reduction");
+  config.fixed.tolerance = reader.has("tolerance") || reader.has("absolute_tolerance");
+  reader.rejectUnknownKeys();
+}
+
+void readBudget(ConfigReader reader, BudgetConfig& budget) {
+  reader.readBytes("bytes_per_step", budget.bytesPerStep);
+  if (double share = 0.0; reader.has("time_share")) {
+    reader.readPositive("time_share", share);
+    if (share > 1.0) reader.fail("time_share", fmt::format("{} is more than 1", share));
+    budget.timeShare = share;
+  }
+  if (!budget.any()) reader.fail("bytes_per_step", "neither this nor time_share is given");
   reader.rejectUnknownKeys();
 }
 
@@ -367,7 +387,11 @@ Config configFromText(const std::string& text, const std::string& origin) {
   if (auto reader = root.table("layered")) readLayered(*reader, config);
   if (auto reader = root.table("sliced")) readSliced(*reader, config);
   if (auto reader = root.table("reduced_field")) readReducedField(*reader, config);
-  if (auto reader = root.table("trigger")) readTrigger(*reader, config.trigger);
+  if (auto reader = root.table("budget")) readBudget(*reader, config.budget);
+  if (auto reader = root.table("trigger")) {
+    readTrigger(*reader, config.trigger);
+    config.fixed.cadence = true;
+  }
   std::set<std::string> viewNames;
   for (auto& reader : root.tables("view")) {
     config.views.push_back(readView(reader));

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "adaptor/budget.h"
 #include "adaptor/field_view.h"
 #include "proxy/archive.h"
 #include "proxy/camera.h"
@@ -73,6 +74,14 @@ struct SlicedConfig {
   int levels = 32;  ///< of a ray's stretch in a slab
 };
 
+/// Keys that the configuration gives: [budget] leaves them as they are.
+struct FixedKeys {
+  bool proxies = false, size = false, layers = false;
+  bool stacks = false, pixels = false, slabs = false, levels = false;
+  bool reduction = false, tolerance = false;
+  bool cadence = false;  ///< [trigger]
+};
+
 /// What to make of a run.
 struct Config {
   /// Of a step, in all views: 4096 pictures of 512 x 512, or four of the largest size. That is an
@@ -104,6 +113,8 @@ struct Config {
   double referenceLength = 0.0;  ///< world; 0 = the domain's diagonal / 100 (method §0)
 
   std::optional<SlicedConfig> sliced;
+  BudgetConfig budget;
+  FixedKeys fixed;
 
   TriggerConfig trigger;
   std::vector<ViewConfig> views;    ///< empty: front

@@ -5,6 +5,7 @@
 
 #include <toml++/toml.h>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include "proxy/error.h"
@@ -126,6 +127,41 @@ void ConfigReader::readPositive(const std::string& key, double& value, bool zero
   if (has(key) && !(value > 0.0 || (zeroToo && value == 0.0))) {
     fail(key, fmt::format("{} is not {}", value, zeroToo ? "0 or positive" : "positive"));
   }
+}
+
+void ConfigReader::readBytes(const std::string& key, std::optional<std::uint64_t>& value) {
+  if (!has(key)) return;
+  double bytes = 0.0;
+  std::string text;
+  if (isString(key)) {
+    static const std::vector<std::pair<std::string, double>> units{
+        {"B", 1.0},      {"kB", 1e3},     {"MB", 1e6},     {"GB", 1e9},    {"TB", 1e12},
+        {"KiB", 0x1p10}, {"MiB", 0x1p20}, {"GiB", 0x1p30}, {"TiB", 0x1p40}};
+    read(key, text);
+    const char* last = text.data() + text.size();
+    const auto [end, error] = std::from_chars(text.data(), last, bytes);
+    if (error != std::errc()) {
+      fail(key, fmt::format("\"{}\" does not begin with a number, as in \"20 MB\"", text));
+    }
+    std::string unit(end, last);
+    unit.erase(0, std::min(unit.find_first_not_of(' '), unit.size()));
+    const auto known = std::find_if(units.begin(), units.end(),
+                                    [&](const auto& each) { return each.first == unit; });
+    if (known == units.end()) {
+      fail(key,
+           fmt::format("\"{}\" has no unit that is known: B, kB, MB, GB, TB, KiB, MiB, GiB, TiB",
+                       text));
+    }
+    bytes *= known->second;
+  } else {
+    if (!find(key)->is_number()) failType(key, "a number of bytes, or a text such as \"20 MB\"");
+    readNumber(key, bytes);
+    text = fmt::format("{}", bytes);
+  }
+  if (!(bytes >= 1.0 && bytes <= 0x1p60)) {
+    fail(key, fmt::format("{} is not in 1 .. 2^60 bytes", text));
+  }
+  value = std::uint64_t(bytes);
 }
 
 std::vector<double> ConfigReader::readNumbers(const std::string& key, std::size_t count) {

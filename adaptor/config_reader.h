@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <set>
@@ -35,6 +36,9 @@ class ConfigReader {
   void readNumber(const std::string& key, std::optional<double>& value);
   /// A number > 0 (or >= 0).
   void readPositive(const std::string& key, double& value, bool zeroToo = false);
+  /// A count of bytes, 1 .. 2^60: a number, or a text with a unit: "20 MB" (10^6), "1.5 GiB"
+  /// (2^30).
+  void readBytes(const std::string& key, std::optional<std::uint64_t>& value);
   /// A list of numbers; `count` of them unless count is 0.
   std::vector<double> readNumbers(const std::string& key, std::size_t count = 0);
   std::vector<std::pair<double, double>> readPairs(const std::string& key);

@@ -19,11 +19,14 @@
 namespace vestige {
 
 Session::Session(const Config& config, const std::string& configText,
-                 const std::string& recordDirectory, Log& log)
+                 const std::string& recordDirectory, Log& log, Budget::Clock clock)
     : config_(config),
       log_(log),
       threads_(config.threads > 0 ? config.threads : gl::allowedProcessors()),
-      trigger_(config.trigger) {
+      trigger_(config.trigger),
+      budget_(
+          config.budget, config.fixed.cadence,
+          clock ? std::move(clock) : [watch = Stopwatch()] { return watch.seconds(); }) {
   // The archive last: overwriting takes the old one away, so nothing may fail after that.
   device_ = gl::Device::create(config_.glBackend, config_.threads);
   marcher_ = std::make_unique<StepMarcher>(config_, device_);
@@ -94,11 +97,31 @@ void Session::record(std::int64_t cycle, double time) {
   }
 }
 
+bool Session::wants(std::int64_t cycle, double time) {
+  if (!trigger_.mayFire(cycle, time)) return false;
+  if (budget_.hasTime()) return true;
+  // Whether rules that look at fields would have fired is not known.
+  if (trigger_.byCadence(cycle, time)) budget_.passOver(cycle);
+  say();
+  return false;
+}
+
+void Session::say() {
+  for (auto& [lost, sentence] : budget_.takeNews()) {
+    lost ? log_.warning(std::move(sentence)) : log_.info(std::move(sentence));
+  }
+}
+
 void Session::execute(std::int64_t cycle, double time) {
   struct Forget {
     BlockSet& blocks;
     ~Forget() { blocks.forgetShared(); }
   } const forget{blocks_};
+  struct Spend {
+    Budget& budget;
+    explicit Spend(Budget& b) : budget(b) { budget.begin(); }
+    ~Spend() { budget.end(); }
+  } const spend(budget_);
   if (!std::isfinite(time)) {
     throw AdaptorError(VESTIGE_ERROR_CYCLE, fmt::format("the time of cycle {} is {}", cycle, time));
   }
@@ -115,14 +138,17 @@ void Session::execute(std::int64_t cycle, double time) {
     return statisticsOf(fields, name, times);
   };
   if (!trigger_.fires(cycle, time, statistics)) return;
+  if (!budget_.hasTime()) {
+    budget_.passOver(cycle);
+    return say();
+  }
   // The next cycles are compared with this step: a field that is not there must fail before it is
   // stored, not after.
   if (config_.trigger.change) statistics(config_.trigger.change->field);
 
-  StepFrame frame{cycle, time, &blocks_, resolveViews(config_, blocks_.domain()), {}};
-  frame.provenance = fmt::format("vestige {}; {}", kVersion, device_->info().renderer);
+  const StepFrame frame{cycle, time, &blocks_, resolveViews(config_, blocks_.domain()), {}};
   // One step tells a dry run what the others would cost.
-  if (!config_.dryRun || storedSteps_ == 0) store(frame, fields, times);
+  if ((!config_.dryRun || storedSteps_ == 0) && !store(frame, fields, times)) return;
   trigger_.stored(cycle, time, statistics);
   lastCycle_ = cycle;
   ++storedSteps_;
@@ -166,7 +192,48 @@ void Session::warnOf(const StepField& field) {
                            field.plan.name, statistics.noData, statistics.count));
 }
 
-void Session::store(const StepFrame& frame, Fields& fields, StepTimes& times) {
+void Session::findLadder(const StepFrame& frame, const Fields& fields) {
+  if (!ladder_.empty()) return;
+  StepExtent extent;
+  extent.fields = std::max(1, int(fields.plans.size()));
+  extent.views = int(frame.views.size());
+  for (const auto& [index, block] : blocks_.blocks()) {
+    if (!block.grid.empty())
+      extent.samples += double(block.grid.points[0]) * block.grid.points[1] * block.grid.points[2];
+  }
+  const Location location = fields.plans.empty() ? Location::Point : fields.plans.front().location;
+  extent.stackPixels = [&, location](const Config& config) {
+    double pixels = 0.0;
+    for (const StackView& stack : stackViews(config, frame.views, blocks_, location)) {
+      pixels += double(stack.size.pixels());
+    }
+    return pixels;
+  };
+  ladder_ = ladderOf(config_, extent);
+  budget_.setLadder({ladder_.begin(), ladder_.end()});
+}
+
+std::vector<EncodedProxy> Session::make(StepFrame& frame, const std::vector<StepField>& fields,
+                                        StepTimes& times) {
+  const Rung& rung = ladder_[std::size_t(budget_.rung())];
+  frame.views = resolveViews(rung.config, blocks_.domain());
+  frame.provenance = fmt::format("vestige {}; {}", kVersion, device_->info().renderer);
+  if (config_.budget.any()) {
+    const auto& [bytes, share] = config_.budget;
+    frame.provenance += fmt::format(
+        "; budget{}{}: {}", bytes ? fmt::format(" of {} bytes a step", *bytes) : "",
+        share ? fmt::format(" of {} of the time", *share) : "", budget_.place(budget_.rung()));
+  }
+  marcher_->configure(rung.config);
+  std::vector<EncodedProxy> proxies;
+  for (const StepField& field : fields) {
+    auto made = marcher_->march(frame, field, threads_, times);
+    std::move(made.begin(), made.end(), std::back_inserter(proxies));
+  }
+  return proxies;
+}
+
+bool Session::store(StepFrame frame, Fields& fields, StepTimes& times) {
   const double referenceLength =
       config_.referenceLength > 0.0 ? config_.referenceLength : blocks_.domain().diagonal() / 100.0;
   if (const double coverage = blocks_.coverage();
@@ -174,21 +241,38 @@ void Session::store(const StepFrame& frame, Fields& fields, StepTimes& times) {
     log_.warning(fmt::format("the blocks cover {:.1f} % of the domain; the rest is empty space",
                              100.0 * coverage));
   }
-  std::vector<EncodedProxy> proxies;
-  std::map<std::string, IntervalPartition> toFreeze;
+  std::vector<StepField> ready;
   for (const auto& plan : fields.plans) {
     const auto& statistics = statisticsOf(fields, plan.name, times);
-    const StepField field{plan, statistics, classificationOf(plan, statistics, referenceLength)};
-    warnOf(field);
-    auto made = marcher_->march(frame, field, threads_, times);
-    std::move(made.begin(), made.end(), std::back_inserter(proxies));
-    // A field without any finite value says nothing of its range yet.
-    if (statistics.count > statistics.noData) {
-      toFreeze.emplace(plan.name, field.classification.partition);
+    ready.push_back({plan, statistics, classificationOf(plan, statistics, referenceLength)});
+    warnOf(ready.back());
+  }
+  findLadder(frame, fields);
+  std::vector<EncodedProxy> proxies;
+  for (auto verdict = Budget::Verdict::Again; verdict != Budget::Verdict::Keep;) {
+    proxies = make(frame, ready, times);
+    TierBytes bytes{};
+    for (const auto& proxy : proxies) {
+      bytes[std::size_t(tierOf(proxy.kind))] += double(proxy.exr.size() + proxy.png.size());
     }
+    verdict = budget_.judge(frame.cycle, bytes);
+    say();
+    if (verdict == Budget::Verdict::Drop) return false;
   }
   finishStep(frame, proxies, times);
-  for (auto& [name, frozen] : toFreeze) frozen_.try_emplace(name, std::move(frozen));
+  budget_.stored(frame.cycle);
+  say();
+  if (config_.dryRun && config_.budget.timeShare) {
+    log_.info(fmt::format("dry run: [budget] time_share = {} allows such a step every {:.3g} s",
+                          *config_.budget.timeShare, budget_.secondsNeeded()));
+  }
+  for (const StepField& field : ready) {
+    // A field without any finite value says nothing of its range yet.
+    if (field.statistics.count > field.statistics.noData) {
+      frozen_.try_emplace(field.plan.name, field.classification.partition);
+    }
+  }
+  return true;
 }
 
 std::uint64_t Session::write(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,
@@ -214,11 +298,16 @@ void Session::finishStep(const StepFrame& frame, const std::vector<EncodedProxy>
     auto report = dryRunReport(frame, proxies, times);
     rehearsedBytes_ = report.bytes;
     for (auto& sentence : report.sentences) log_.info(std::move(sentence));
+    if (config_.budget.any()) {
+      log_.info(fmt::format("dry run: [budget] takes {}", budget_.place(budget_.rung())));
+    }
     return;
   }
   const auto bytes = write(frame, proxies, times);
-  log_.info(fmt::format("cycle {} stored: {} proxies, {:.2f} MB, {:.2f} s", frame.cycle,
-                        proxies.size(), double(bytes) * 1e-6, times.sum()));
+  const int passed = budget_.passedOver();
+  log_.info(fmt::format("cycle {} stored: {} proxies, {:.2f} MB, {:.2f} s{}", frame.cycle,
+                        proxies.size(), double(bytes) * 1e-6, times.sum(),
+                        passed > 0 ? fmt::format(", {} steps passed over before", passed) : ""));
 }
 
 }  // namespace vestige

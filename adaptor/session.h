@@ -13,9 +13,11 @@
 #include "adaptor/block_set.h"
 #include "adaptor/classification.h"
 #include "adaptor/config.h"
+#include "adaptor/ladder.h"
 #include "adaptor/log.h"
 #include "adaptor/record.h"
 #include "adaptor/step.h"
+#include "adaptor/stopwatch.h"
 #include "adaptor/trigger.h"
 #include "proxy/archive.h"
 #include "proxy/gl/device.h"
@@ -26,16 +28,18 @@ namespace vestige {
 /// the rest is cheap and may be called on the host's thread meanwhile idle.
 class Session {
  public:
-  /// Opens the GL device and the archive. `recordDirectory` may be empty. Throws.
+  /// Opens the GL device and the archive. `recordDirectory` may be empty. `clock`: seconds of the
+  /// run for [budget] time_share; empty = wall time since this call. Throws.
   Session(const Config& config, const std::string& configText, const std::string& recordDirectory,
-          Log& log);
+          Log& log, Budget::Clock clock = {});
   ~Session();
 
   BlockSet& blocks() { return blocks_; }
   void setUnits(const std::string& field, const std::string& units) { units_[field] = units; }
   /// Whether a field that is published by this name is stored, or recorded.
   bool wantsField(const std::string& name) const;
-  bool wants(std::int64_t cycle, double time) const { return trigger_.mayFire(cycle, time); }
+  /// Whether execute may store the step: a trigger may fire, and the budget has time.
+  bool wants(std::int64_t cycle, double time);
   std::int64_t storedSteps() const { return storedSteps_; }
 
   /// Stores the step if a trigger fires; shared fields are forgotten in any case. Throws; then the
@@ -54,7 +58,12 @@ class Session {
   const FieldStatistics& statisticsOf(Fields& fields, const std::string& name, StepTimes& times);
   Classification classificationOf(const PlannedField& plan, const FieldStatistics& statistics,
                                   double referenceLength) const;
-  void store(const StepFrame& frame, Fields& fields, StepTimes& times);
+  void findLadder(const StepFrame& frame, const Fields& fields);
+  void say();
+  /// Whether the step is stored: it may be too large for the budget.
+  bool store(StepFrame frame, Fields& fields, StepTimes& times);
+  std::vector<EncodedProxy> make(StepFrame& frame, const std::vector<StepField>& fields,
+                                 StepTimes& times);
   std::uint64_t write(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,
                       StepTimes& times);
   void finishStep(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,
@@ -72,6 +81,8 @@ class Session {
   BlockSet blocks_;
   std::map<std::string, std::string> units_;
   Trigger trigger_;
+  Budget budget_;
+  std::vector<Rung> ladder_;  ///< of the first step's grid; empty until then
   std::map<std::string, IntervalPartition> frozen_;  ///< of fields with the first step's range
   std::set<std::string> warned_;
   std::optional<std::int64_t> lastCycle_;

@@ -43,6 +43,9 @@ class StepMarcher {
  public:
   StepMarcher(const Config& config, std::shared_ptr<gl::Device> device);
 
+  /// What is made from now on.
+  void configure(const Config& config) { config_ = config; }
+
   /// View by view, of which only the encoded proxies are kept. Adds its seconds to `times`.
   std::vector<EncodedProxy> march(const StepFrame& frame, const StepField& field, int threads,
                                   StepTimes& times);

@@ -22,6 +22,8 @@ class Trigger {
  public:
   explicit Trigger(TriggerConfig config) : config_(std::move(config)) {}
 
+  /// Whether a rule that needs no field fires.
+  bool byCadence(std::int64_t cycle, double time) const;
   /// Whether execute would do anything at all. Reads no field.
   bool mayFire(std::int64_t cycle, double time) const;
   /// Decides. `statistics(field)` is called only where the answer depends on it.
@@ -32,7 +34,6 @@ class Trigger {
               const std::function<FieldStatistics(const std::string&)>& statistics);
 
  private:
-  bool byCadence(std::int64_t cycle, double time) const;
   bool looksAtChange(std::int64_t cycle) const;
 
   TriggerConfig config_;

@@ -54,6 +54,43 @@ json fieldInfo(const ProxyHeader& header) {
   return info;
 }
 
+/// What made which cycles: stretches of equal provenance, as a budget changes its mind.
+json provenancesOf(const Archive& archive) {
+  json stretches = json::array();
+  std::map<long, const ArchiveRow*> first;
+  for (const ArchiveRow& row : archive.rows()) first.try_emplace(row.cycle, &row);
+  for (const auto& [cycle, row] : first) {
+    const std::string text = archive.open(*row).header().provenance;
+    if (stretches.empty() || stretches.back()["text"] != text) {
+      stretches.push_back({{"first", cycle}, {"text", text}});
+    }
+    stretches.back()["last"] = cycle;
+  }
+  return stretches;
+}
+
+std::string provenanceText(const json& stretches) {
+  constexpr std::size_t kShown = 8;
+  std::string text;
+  for (std::size_t i = 0; i < stretches.size(); ++i) {
+    const json& stretch = stretches[i];
+    if (stretch["text"].get<std::string>().empty()) continue;
+    if (i == kShown / 2 && stretches.size() > kShown) {
+      const std::size_t left = stretches.size() - kShown;
+      text += fmt::format("  ... {} more changes\n", left);
+      i += left - 1;
+      continue;
+    }
+    const std::string cycles =
+        stretches.size() == 1 ? ""
+        : stretch["first"] == stretch["last"]
+            ? fmt::format("cycle {} ", stretch["first"].dump())
+            : fmt::format("cycles {} to {} ", stretch["first"].dump(), stretch["last"].dump());
+    text += fmt::format("  {}made by {}\n", cycles, stretch["text"].get<std::string>());
+  }
+  return text;
+}
+
 std::string shortList(const json& list, std::size_t most) {
   std::string text;
   for (std::size_t i = 0; i < list.size(); ++i) {
@@ -169,7 +206,7 @@ json archiveInfo(const Archive& archive) {
     const Box& box = header.domain;
     info["domain"] = {{"low", {box.low.x, box.low.y, box.low.z}},
                       {"high", {box.high.x, box.high.y, box.high.z}}};
-    info["provenance"] = header.provenance;
+    info["provenances"] = provenancesOf(archive);
     info["note"] = header.note;
   }
   return info;
@@ -218,9 +255,7 @@ std::string infoText(const json& info) {
                     proxy["files"].get<std::uint64_t>(), bytesText(proxy["bytes"].get<double>()));
   }
   text += fmt::format("  {} in all\n", bytesText(info["bytes"].get<double>()));
-  if (!info["provenance"].get<std::string>().empty()) {
-    text += fmt::format("  made by {}\n", info["provenance"].get<std::string>());
-  }
+  text += provenanceText(info["provenances"]);
   if (!info["note"].get<std::string>().empty()) {
     text += fmt::format("  note: {}\n", info["note"].get<std::string>());
   }

@@ -278,6 +278,47 @@ TEST(Config, NearestWordIsByEditDistance) {
   EXPECT_EQ(nearestWord("x", {"density", "temperature"}), "");
 }
 
+TEST(Config, BudgetsAreBytesWithUnitsAndSharesOfTime) {
+  const auto bytes = [](const std::string& value) {
+    return configFromText("[budget]\nbytes_per_step = " + value + "\n", "run.toml")
+        .budget.bytesPerStep;
+  };
+  EXPECT_EQ(bytes("1500"), 1500u);
+  EXPECT_EQ(bytes("2e6"), 2000000u);
+  EXPECT_EQ(bytes("'20 MB'"), 20000000u);
+  EXPECT_EQ(bytes("'20MB'"), 20000000u);
+  EXPECT_EQ(bytes("'1.5 GiB'"), std::uint64_t(1.5 * 0x1p30));
+  EXPECT_EQ(bytes("'7 B'"), 7u);
+  const Config config = configFromText("[budget]\ntime_share = 0.25\n", "run.toml");
+  EXPECT_EQ(config.budget.timeShare, 0.25);
+  EXPECT_FALSE(config.budget.bytesPerStep);
+  EXPECT_FALSE(configFromText("", "run.toml").budget.any());
+}
+
+TEST(Config, BudgetsThatMakeNoSenseAreErrors) {
+  const auto budget = [](const std::string& line) { return "[budget]\n" + line + "\n"; };
+  expectError(
+      budget("bytes_per_step = '20 XB'"),
+      "run.toml:2: [budget] bytes_per_step: \"20 XB\" has no unit that is known: B, kB, MB");
+  expectError(budget("bytes_per_step = '20'"), "has no unit that is known");
+  expectError(budget("bytes_per_step = 'much'"), "\"much\" does not begin with a number");
+  expectError(budget("bytes_per_step = 'nan MB'"), "nan MB is not in 1 .. 2^60 bytes");
+  expectError(budget("bytes_per_step = 0"), "0 is not in 1 .. 2^60 bytes");
+  expectError(budget("bytes_per_step = -3"), "-3 is not in 1 .. 2^60 bytes");
+  expectError(budget("bytes_per_step = '0.2 B'"), "0.2 B is not in 1 .. 2^60 bytes");
+  expectError(budget("bytes_per_step = '9e9 TB'"), "9e9 TB is not in 1 .. 2^60 bytes");
+  expectError(budget("bytes_per_step = inf"), "not a finite number");
+  expectError(budget("bytes_per_step = true"),
+              "expected a number of bytes, or a text such as \"20 MB\", found true or false");
+  expectError(budget("time_share = 0"), "[budget] time_share: 0 is not positive");
+  expectError(budget("time_share = 1.01"), "[budget] time_share: 1.01 is more than 1");
+  expectError(budget("time_share = '10 %'"), "expected a number");
+  expectError("[budget]\n", "run.toml:1: [budget] bytes_per_step: neither this nor time_share");
+  expectError(budget("bytes_per_stop = 3"), "neither this nor time_share");
+  expectError(budget("time_share = 1\nbytes = 3"), "[budget] bytes: unknown key");
+  expectError("budget = 3\n", "expected a table");
+}
+
 FieldStatistics statisticsOver(double low, double high) {
   FieldStatistics statistics;
   statistics.count = 256;

@@ -104,6 +104,20 @@ TEST_F(MiniSim, LeavesNothingWithoutTheAdaptor) {
   EXPECT_FALSE(fs::exists(folder_ / "none.cdb"));
 }
 
+TEST_F(MiniSim, ASmallBudgetTakesALowerRungThatInfoNames) {
+  write("budget.toml",
+        "[image]\nwidth = 48\nheight = 48\nproxies = [\"sliced\"]\n[output]\npath = \"plume.cdb\"\n"
+        "previews = false\n[budget]\nbytes_per_step = \"24 kB\"\n"
+        "[[field]]\nsource = \"temperature\"\nrange = [0.0, 1.0]\nintervals = 8\n");
+  const auto outcome = simulate({"--steps", "10", "--every", "5", "--config", "budget.toml"});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  const auto info = explore({"info", "plume.cdb"});
+  EXPECT_NE(info.out.find("; budget of 24000 bytes a step: rung "), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("(one stack of "), std::string::npos) << info.out;
+  EXPECT_EQ(info.out.find("rung 1 of"), std::string::npos) << info.out;
+  EXPECT_TRUE(checkArchive(folder_ / "plume.cdb").empty());
+}
+
 TEST_F(MiniSim, ADryRunPrintsItsFigures) {
   write("dry.toml", "dry_run = true\n" + std::string(kSmallConfig));
   const auto outcome = simulate({"--steps", "10", "--config", "dry.toml"});

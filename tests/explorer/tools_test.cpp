@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "explorer/annotate.h"
 #include "explorer/export.h"
+#include "explorer/info.h"
 #include "explorer/layers.h"
 #include "explorer/movie.h"
 #include "explorer/npy.h"
@@ -15,6 +17,7 @@
 #include "explorer/subprocess.h"
 #include "explorer/text.h"
 #include "explorer/trust.h"
+#include "proxy/archive.h"
 #include "proxy/error.h"
 #include "synthetic.h"
 
@@ -29,6 +32,31 @@ ErrorCode codeOf(const std::function<void()>& work) {
   }
   ADD_FAILURE() << "nothing was thrown";
   return ErrorCode::Internal;
+}
+
+TEST(Info, SaysWhichCyclesWereMadeHow) {
+  const synthetic::TemporaryFolder folder;
+  const auto madeBy = [&](const std::vector<std::string>& provenances) {
+    const auto path = folder.path() / ("a" + std::to_string(provenances.size()) + ".cdb");
+    ArchiveWriter writer(path, ExistingArchive::Refuse);
+    long cycle = 10;
+    for (const std::string& text : provenances) {
+      ProxyImage image = synthetic::mipProxy({4, 4});
+      image.header.cycle = cycle++;
+      image.header.provenance = text;
+      writer.writeStep({encodeProxy(image)});
+    }
+    return infoText(archiveInfo(Archive(path)));
+  };
+  EXPECT_NE(madeBy({"x"}).find("\n  made by x\n"), std::string::npos);
+  const std::string two = madeBy({"x; rung 1", "x; rung 1", "x; rung 2"});
+  EXPECT_NE(two.find("\n  cycles 10 to 11 made by x; rung 1\n  cycle 12 made by x; rung 2\n"),
+            std::string::npos)
+      << two;
+  const std::string many = madeBy({"0", "1", "2", "3", "4", "5", "6", "7", "8", "9"});
+  EXPECT_NE(many.find("made by 3\n  ... 2 more changes\n  cycle 16 made by 6\n"), std::string::npos)
+      << many;
+  EXPECT_EQ(madeBy({"", ""}).find("made by"), std::string::npos);
 }
 
 TEST(Npy, HoldsAHeaderThatNumPyReadsAndTheValues) {

@@ -17,6 +17,7 @@
 #include "proxy/field_layout.h"
 #include "proxy/interval_partition.h"
 #include "proxy/layered_layout.h"
+#include "proxy/learned_layout.h"
 #include "proxy/sliced_stack.h"
 #include "proxy/view_set.h"
 
@@ -60,7 +61,7 @@ void readImage(ConfigReader reader, Config& config) {
   reader.read("phong", config.phong);
   reader.readPositive("step_length", config.stepLength, true);
   reader.readPositive("reference_length", config.referenceLength, true);
-  bool sliced = false;
+  bool sliced = false, training = false;
   const auto proxies = reader.readStrings("proxies");
   if (reader.has("proxies")) {
     const std::vector<std::pair<std::string, bool*>> kinds{{"attenuation", &config.attenuation},
@@ -68,6 +69,7 @@ void readImage(ConfigReader reader, Config& config) {
                                                            {"depth", &config.depth},
                                                            {"mip", &config.mip},
                                                            {"reference", &config.reference},
+                                                           {"training", &training},
                                                            {"layered", &config.layered},
                                                            {"sliced", &sliced},
                                                            {"field", &config.field}};
@@ -85,6 +87,7 @@ void readImage(ConfigReader reader, Config& config) {
     }
     if (proxies.empty()) reader.fail("proxies", "at least one is needed");
     if (sliced) config.sliced.emplace();
+    if (training) config.training.emplace();
   }
   reader.rejectUnknownKeys();
 }
@@ -98,6 +101,21 @@ void readLayered(ConfigReader reader, Config& config) {
   }
   if (!config.layered) {
     reader.fail("layers", "[image] proxies does not name \"layered\"");
+  }
+  reader.rejectUnknownKeys();
+}
+
+void readTraining(ConfigReader reader, Config& config) {
+  if (!config.training) reader.fail("pictures", "[image] proxies does not name \"training\"");
+  TrainingConfig& training = *config.training;
+  reader.readInteger("pictures", 1, kMostTrainingPictures, training.pictures);
+  reader.readNumber("scale", training.scale);
+  if (!(training.scale >= 0.0 && training.scale <= 1.0)) {
+    reader.fail("scale", fmt::format("{} is not in 0..1", training.scale));
+  }
+  if (bool light = false; reader.has("light")) {
+    reader.read("light", light);
+    training.light = light;
   }
   reader.rejectUnknownKeys();
 }
@@ -385,6 +403,7 @@ Config configFromText(const std::string& text, const std::string& origin) {
   if (auto reader = root.table("gl")) readGl(*reader, config);
   if (auto reader = root.table("image")) readImage(*reader, config);
   if (auto reader = root.table("layered")) readLayered(*reader, config);
+  if (auto reader = root.table("training")) readTraining(*reader, config);
   if (auto reader = root.table("sliced")) readSliced(*reader, config);
   if (auto reader = root.table("reduced_field")) readReducedField(*reader, config);
   if (auto reader = root.table("budget")) readBudget(*reader, config.budget);

@@ -82,6 +82,13 @@ struct FixedKeys {
   bool cadence = false;  ///< [trigger]
 };
 
+/// [training]: pictures that the explorer learns colours from (visualization-by-proxy §6.2).
+struct TrainingConfig {
+  int pictures = 3;           ///< of each view: the base function's, and under changed opacities
+  double scale = 0.1;         ///< of the opacities that are changed
+  std::optional<bool> light;  ///< lit; empty: as the reference picture
+};
+
 /// What to make of a run.
 struct Config {
   /// Of a step, in all views: 4096 pictures of 512 x 512, or four of the largest size. That is an
@@ -115,6 +122,7 @@ struct Config {
   std::optional<SlicedConfig> sliced;
   BudgetConfig budget;
   FixedKeys fixed;
+  std::optional<TrainingConfig> training;
 
   TriggerConfig trigger;
   std::vector<ViewConfig> views;    ///< empty: front

@@ -10,8 +10,10 @@
 #include "adaptor/field_assembly.h"
 #include "adaptor/preview.h"
 #include "adaptor/stopwatch.h"
+#include "adaptor/training_looks.h"
 #include "proxy/exr_threads.h"
 #include "proxy/layered_layout.h"
+#include "proxy/learned_layout.h"
 #include "proxy/png_file.h"
 #include "proxy/proxy_layout.h"
 
@@ -69,6 +71,8 @@ ProxyHeader headerFor(const Config& config, const StepFrame& frame, const StepFi
   return header;
 }
 
+std::string headlightIf(bool lit) { return lit ? "headlight" : "unlit"; }
+
 /// What the colours of layers hold.
 std::string shadingOf(const Config& config) {
   if (config.layerLight) {
@@ -76,7 +80,7 @@ std::string shadingOf(const Config& config) {
     return fmt::format("shadows of a light along ({}, {}, {}), ambient {}", d.x, d.y, d.z,
                        kShadowAmbient);
   }
-  return config.phong ? "headlight" : "unlit";
+  return headlightIf(config.phong);
 }
 
 std::vector<EncodedProxy> pack(const Config& config, const ProxyHeader& header,
@@ -108,7 +112,7 @@ std::vector<EncodedProxy> pack(const Config& config, const ProxyHeader& header,
   if (config.mip) add(mipImage(header, rays.mip));
   if (config.reference) {
     auto drawn = header;
-    if (config.phong) drawn.shading = shadingOf(config);
+    if (config.phong) drawn.shading = headlightIf(true);
     add(referenceImage(drawn, rays.reference, rays.transmittance));
   }
   if (made.layers) {
@@ -134,7 +138,7 @@ std::vector<EncodedProxy> StepMarcher::march(const StepFrame& frame, const StepF
   const auto shadows = marchLight(frame, field, threads, times);
   // A run may want nothing but stacks.
   const bool views = config_.attenuation || config_.length || config_.depth || config_.mip ||
-                     config_.reference || config_.layered;
+                     config_.reference || config_.layered || config_.training;
   for (const auto& view : views ? frame.views : std::vector<View>{}) {
     const ViewRays rays =
         marchView(frame, field, view, shadows ? &*shadows : nullptr, threads, times);
@@ -143,11 +147,47 @@ std::vector<EncodedProxy> StepMarcher::march(const StepFrame& frame, const StepF
         pack(config_, headerFor(config_, frame, field, view), rays, field.classification, threads);
     std::move(made.begin(), made.end(), std::back_inserter(proxies));
     times.encode += watch.seconds();
+    if (config_.training)
+      proxies.push_back(trainingPictures(frame, field, view, rays.rays, threads, times));
   }
   if (config_.sliced) marchStacks(frame, field, threads, times, proxies);
   // Last, so that the archive's first view is one that has pictures.
   if (config_.field) proxies.push_back(reducedField(frame, field, threads, times));
   return proxies;
+}
+
+EncodedProxy StepMarcher::trainingPictures(const StepFrame& frame, const StepField& field,
+                                           const View& view, const RayImage& reference, int threads,
+                                           StepTimes& times) {
+  const TrainingConfig& training = *config_.training;
+  ProxyHeader header = headerFor(config_, frame, field, view);
+  header.looks = trainingLooks(field.classification.base, field.classification.partition,
+                               training.pictures, training.scale);
+  MarchRequest request = requestFor(frame, field, view);
+  request.attenuation = request.length = request.mip = false;
+  request.isovalues.clear();
+  request.reference = true;
+  request.phong = training.light.value_or(config_.phong);
+  header.shading = headlightIf(request.phong);
+  std::vector<RayImage> rays;
+  for (const TransferFunction& look : header.looks) {
+    request.base = look;
+    rays.push_back(config_.reference && rays.empty() && request.phong == config_.phong
+                       ? reference
+                       : marchRays(frame, field, request, threads, times));
+  }
+  const Stopwatch watch;
+  std::vector<LightPlanes> pictures;
+  for (const RayImage& each : rays) pictures.push_back({each.reference, each.transmittance});
+  std::optional<Raster> picture;
+  if (config_.previews) {
+    picture = preview(kind::kReference, rays.front(), field.classification,
+                      {config_.background, config_.transparentBackground, threads});
+  }
+  auto proxy =
+      encodeProxy(trainingImage(std::move(header), pictures), picture ? &*picture : nullptr);
+  times.encode += watch.seconds();
+  return proxy;
 }
 
 EncodedProxy StepMarcher::reducedField(const StepFrame& frame, const StepField& field, int threads,

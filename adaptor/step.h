@@ -60,6 +60,9 @@ class StepMarcher {
                      int threads, StepTimes& times);
   ViewRays marchView(const StepFrame& frame, const StepField& field, const View& view,
                      const LightDepth* shadows, int threads, StepTimes& times);
+  /// The training pictures of [training]; `reference`: what the view's rays gathered.
+  EncodedProxy trainingPictures(const StepFrame& frame, const StepField& field, const View& view,
+                                const RayImage& reference, int threads, StepTimes& times);
   /// Of the configured light, if layers are to be shadowed.
   std::optional<LightDepth> marchLight(const StepFrame& frame, const StepField& field, int threads,
                                        StepTimes& times);

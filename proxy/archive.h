@@ -73,6 +73,13 @@ class ArchiveWriter {
   /// files are still there.
   void writeStep(const std::vector<EncodedProxy>& proxies);
 
+  /// Adds a proxy without a preview to a step that is there, or puts it in the place of the one of
+  /// the same view, field and kind. The file first, then the table; whoever reads meanwhile sees
+  /// the archive as before or as afterwards. Throws NotFound when there is no such cycle,
+  /// InvalidArgument when its time differs or there is a preview, Format when the step's folder is
+  /// not in the archive, else as writeStep.
+  void addToStep(const EncodedProxy& proxy);
+
   const std::filesystem::path& directory() const { return directory_; }
 
  private:

@@ -243,4 +243,62 @@ void ArchiveWriter::writeStep(const std::vector<EncodedProxy>& proxies) try {
   throw;
 }
 
+void ArchiveWriter::addToStep(const EncodedProxy& proxy) try {
+  if (lost_) recover();
+  if (!intact())
+    throw Error(ErrorCode::Io, "archive '" + directory_.string() +
+                                   "' or its table was removed while it was being written");
+  if (!proxy.png.empty())
+    throw Error(ErrorCode::InvalidArgument, "proxies are added to a step without a preview");
+  const auto sameCycle = [&](const ArchiveRow& row) { return row.cycle == proxy.cycle; };
+  const auto first = std::find_if(rows_.begin(), rows_.end(), sameCycle);
+  if (first == rows_.end())
+    throw Error(ErrorCode::NotFound,
+                fmt::format("archive '{}' has no cycle {}", directory_.string(), proxy.cycle));
+  if (first->time != proxy.time)
+    throw Error(ErrorCode::InvalidArgument, fmt::format("cycle {} is at time {}, not {}",
+                                                        proxy.cycle, first->time, proxy.time));
+  const auto place = [&](const std::string& path) {
+    if (!liesInside(directory_, path))
+      throw Error(ErrorCode::Format,
+                  "'" + (directory_ / path).string() + "' is a link or leaves the archive");
+    writeDurably(directory_ / path, proxy.exr);
+  };
+  const auto end = std::find_if_not(first, rows_.end(), sameCycle);
+  const auto same = std::find_if(first, end, [&](const ArchiveRow& row) {
+    return row.view == proxy.view && row.field == proxy.field && row.proxy == proxy.kind;
+  });
+  if (same != end) return place(same->exr);
+
+  // In a folder of the step's: there, check --repair finds it if the table is lost.
+  const auto beside =
+      std::find_if(first, end, [&](const ArchiveRow& row) { return row.view == proxy.view; });
+  const fs::path folder = fs::path((beside != end ? beside : first)->exr).parent_path();
+  const fs::path name =
+      fs::path(stemFor(proxy.cycle, proxy.view, proxy.field, proxy.kind, 1) + ".exr").filename();
+  const std::string path = (folder / name).generic_string();
+  if (std::any_of(rows_.begin(), rows_.end(),
+                  [&](const ArchiveRow& row) { return row.exr == path; }))
+    throw Error(ErrorCode::Format, "'" + path + "' is the file of another proxy");
+  place(path);
+  const ArchiveRow row{proxy.time, proxy.cycle, proxy.view, proxy.field, proxy.kind, path, path};
+  const auto position = std::size_t(end - rows_.begin());
+  std::vector<ArchiveRow> table = rows_;
+  table.insert(table.begin() + std::ptrdiff_t(position), row);
+  try {
+    if (position == rows_.size())
+      appendDurably(directory_ / kTableName, tableLine(row), true);
+    else
+      writeTable(table);
+  } catch (...) {
+    removeInside(directory_, {path});
+    throw;
+  }
+  rows_ = std::move(table);
+  if (position <= earlier_) ++earlier_;
+} catch (...) {
+  lost_ = !intact();
+  throw;
+}
+
 }  // namespace vestige

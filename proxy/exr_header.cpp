@@ -17,6 +17,7 @@
 
 #include "proxy/error.h"
 #include "proxy/exr_scan.h"
+#include "proxy/learned_layout.h"
 
 namespace vestige {
 namespace {
@@ -191,6 +192,15 @@ Camera cameraFrom(const AttributeReader& read) {
   return camera;
 }
 
+std::vector<TransferFunction> looksFrom(const json& list) {
+  if (!list.is_array() || list.size() > std::size_t(kMostTrainingPictures))
+    refuse(fmt::format("attribute 'vestige:looks' is no list of at most {} functions",
+                       kMostTrainingPictures));
+  std::vector<TransferFunction> looks;
+  for (const json& look : list) looks.push_back(transferFunctionFromJson(look));
+  return looks;
+}
+
 template <typename Number>
 Number numberFrom(std::string_view text, const char* attribute) {
   Number value{};
@@ -244,6 +254,16 @@ void setProxyAttributes(Imf::Header& header, const ProxyHeader& proxy) {
   if (!proxy.slabDepths.empty()) write.numbers("vestige:slabDepths", proxy.slabDepths);
   if (proxy.grid) write.text("vestige:grid", toJson(*proxy.grid).dump());
   write.text("vestige:shading", proxy.shading);
+  if (!proxy.looks.empty()) {
+    json looks = json::array();
+    for (const TransferFunction& look : proxy.looks) looks.push_back(toJson(look));
+    requireFinite(looks);
+    write.text("vestige:looks", looks.dump());
+  }
+  if (proxy.learned) {
+    finite("the error of learned colours", proxy.learned->error);
+    write.text("vestige:learned", toJson(*proxy.learned).dump());
+  }
   write.text("vestige:statistics", withSpelledNonFinites(toJson(proxy.statistics)).dump());
   write.text("vestige:provenance", proxy.provenance);
   write.text("comments", proxy.note);
@@ -304,6 +324,10 @@ ProxyHeader proxyHeaderFrom(const Imf::Header& header) try {
   if (std::string grid = read.text("vestige:grid"); !grid.empty())
     proxy.grid = fieldGridFromJson(json::parse(grid));
   proxy.shading = read.text("vestige:shading");
+  if (std::string looks = read.text("vestige:looks"); !looks.empty())
+    proxy.looks = looksFrom(json::parse(looks));
+  if (std::string learned = read.text("vestige:learned"); !learned.empty())
+    proxy.learned = learnedOriginFromJson(json::parse(learned));
   if (proxy.isovalues.size() > std::size_t(ExrLimits::kParts))
     refuse(fmt::format("it has {} isovalues", proxy.isovalues.size()));
   proxy.statistics =

@@ -12,6 +12,7 @@
 #include "proxy/error.h"
 #include "proxy/field_layout.h"
 #include "proxy/layered_layout.h"
+#include "proxy/learned_layout.h"
 #include "proxy/proxy_layout.h"
 #include "proxy/sliced_stack.h"
 
@@ -60,6 +61,7 @@ Rule ruleFor(const ProxyHeader& header, const ProxyPart& part, const std::string
     const double slack = part.error + kComputed * (range.high - range.low);
     return {"a depth within the domain or 0", range.low - slack, range.high + slack, 0.0f};
   }
+  if (kind == kind::kLearned) return {"finite and at most 1e6", -1e6, 1e6, {}};
   if (channel == "byte") return {"a byte", 0.0, 255.0, {}, true};
   if (part.name == "tau") return {"an optical depth 0 .. 64", 0.0, 64.0, {}};
   if (part.name == "state") return {"0, 1 or 2", 0.0, 2.0, {}, true};
@@ -117,6 +119,10 @@ class Checker {
       checkSingle("mip", {"value"});
     else if (kind == kind::kReference)
       checkSingle("reference", {"R", "G", "B", "A"});
+    else if (kind == kind::kTraining)
+      checkTraining();
+    else if (kind == kind::kLearned)
+      checkLearned();
     else if (kind == kind::kLayered)
       checkLayered();
     else if (kind == kind::kField)
@@ -290,6 +296,24 @@ class Checker {
                grid.low + double(value) * (grid.high - grid.low), grid.low, grid.high);
         return;
       }
+    } catch (const Error& e) {
+      report("{}", e.what());
+    }
+  }
+
+  void checkTraining() {
+    const std::size_t pictures = image_.header.looks.size();
+    if (pictures == 0) report("it does not say of which looks its pictures are");
+    requireParts(pictures);
+    for (std::size_t i = 0; i < pictures; ++i)
+      if (const ProxyPart* part = partWith(fmt::format("picture{:02d}", i), {"R", "G", "B", "A"}))
+        inRange(*part);
+  }
+
+  void checkLearned() {
+    checkSingle("table", {"value"});
+    try {
+      learnedTable(image_);
     } catch (const Error& e) {
       report("{}", e.what());
     }

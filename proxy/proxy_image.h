@@ -9,6 +9,7 @@
 #include "proxy/camera.h"
 #include "proxy/field_grid.h"
 #include "proxy/interval_partition.h"
+#include "proxy/learned_origin.h"
 #include "proxy/statistics.h"
 #include "proxy/transfer_function.h"
 
@@ -23,6 +24,8 @@ inline constexpr std::string_view kLength = "length";
 inline constexpr std::string_view kDepth = "depth";
 inline constexpr std::string_view kMip = "mip";
 inline constexpr std::string_view kReference = "reference";
+inline constexpr std::string_view kTraining = "training";
+inline constexpr std::string_view kLearned = "learned";
 inline constexpr std::string_view kLayered = "layered";
 inline constexpr std::string_view kSliced = "sliced";
 inline constexpr std::string_view kField = "field";
@@ -44,7 +47,9 @@ struct ProxyHeader {
   std::vector<double> isovalues;               ///< depth: one per layer
   std::vector<double> slabDepths;              ///< sliced: planar, rising; one more than slabs
   std::optional<FieldGrid> grid;               ///< field
-  std::string shading;                         ///< layered: the light that its colours hold
+  std::string shading;  ///< reference, training, learned, layered: the light of their colours
+  std::vector<TransferFunction> looks;   ///< training, learned: of each training picture
+  std::optional<LearnedOrigin> learned;  ///< learned
   FieldStatistics statistics;
   std::string provenance;  ///< "vestige 0.1.0; ..." free text
   std::string note;        ///< what the user's config says about the run
@@ -74,6 +79,9 @@ struct Channel {
 ///                             space, turned to the viewer; half), MM = 00..
 /// mip          mip            value: in the field's units, NaN where no data;            float
 /// reference    reference      R, G, B (linear, premultiplied, over nothing), A;          half
+/// training     pictureMM      R, G, B, A as of `reference`, under header.looks[MM];           half
+/// learned      table          value: a row a cluster: centroid [K], Jacobian of r, g and b
+///                             [3 K], colour [3] (learned_layout.h);                     float
 /// layered      layerMM        R, G, B: premultiplied linear light of layer MM alone;        half
 ///              tau            tMM: its optical depth along the ray;                     half
 ///              boundaries     zMM: planar depth of its near face; the last one is the

@@ -195,6 +195,10 @@ TEST(Config, RefusesWhatMakesNoSense) {
   expectError(sliced + "stacks = 'fronts'\n", "'fronts'");
   expectError(sliced + "stacks = 'views'\n[[view]]\nset = 'front'\nprojection = 'perspective'\n",
               "orthographic");
+  expectError("[training]\npictures = 2\n", "[image] proxies does not name \"training\"");
+  expectError("[image]\nproxies = ['training']\n[training]\npictures = 5\n", "5 is not in 1..4");
+  expectError("[image]\nproxies = ['training']\n[training]\nscale = 2\n", "2 is not in 0..1");
+  expectError("[image]\nproxies = ['training']\n[training]\nlight = 1\n", "light");
   expectError("[layered]\nlayers = 4\n", "[image] proxies does not name \"layered\"");
   expectError("[image]\nproxies = ['layered']\n[layered]\nlayers = 17\n", "17");
   expectError("[image]\nproxies = ['layered']\n[layered]\nlight = [0, 0, 0]\n", "no direction");

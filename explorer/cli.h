@@ -17,6 +17,7 @@ void addCheck(CLI::App& app, int& exitCode);
 void addDoctor(CLI::App& app, int& exitCode);
 void addExport(CLI::App& app, int& exitCode);
 void addProbe(CLI::App& app, int& exitCode);
+void addTrain(CLI::App& app, int& exitCode);
 
 /// The options that change a look: each is a part of it, and goes before the same key in --look.
 class LookOptions {
@@ -33,7 +34,7 @@ class LookOptions {
   double time_ = 0.0, referenceLength_ = 0.0, aoRadius_ = 0.0, enhanceLambda_ = 0.0;
   std::string field_, view_, source_, rotate_, size_, opacity_, factors_, colormap_, colorRange_;
   std::string draw_, isosurfaces_, slice_, clip_;
-  std::string via_, order_, shading_, normals_, background_;
+  std::string color_, via_, order_, shading_, normals_, background_;
   std::vector<std::string> lights_;
   bool ao_ = false, enhance_ = false, trust_ = false;
   bool colorbar_ = false, axes_ = false, box_ = false, timeLabel_ = false;

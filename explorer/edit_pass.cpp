@@ -143,11 +143,10 @@ std::vector<float> EditPass::doubt(const PieceTextures& pieces, const ChannelTab
   return doubt;
 }
 
-gl::Texture EditPass::enhancement(const PieceTextures& pieces, const ChannelTable& table,
-                                  double lambda, double gamma) {
+gl::Texture EditPass::attenuation(const PieceTextures& pieces, const ChannelTable& table) {
   const gl::Functions& gl = gl::functions();
   const int groups = int(table.strength.size() + 3) / 4;
-  const gl::Texture attenuation = gpu::textureArray(GL_RGBA32F, pieces.size, groups);
+  gl::Texture attenuation = gpu::textureArray(GL_RGBA32F, pieces.size, groups);
   std::vector<std::pair<std::string, std::string>> defines{{"ATTENUATION", "1"}};
   if (isWide(table)) defines.emplace_back("WIDE", "1");
   const gl::Program& gather = variant(isWide(table) ? "attenuationWIDE" : "attenuation", defines);
@@ -158,22 +157,46 @@ gl::Texture EditPass::enhancement(const PieceTextures& pieces, const ChannelTabl
     gl.Uniform1i(gather.uniform("group"), group);
     gpu::drawFullscreen(empty_);
   }
+  gl::checkErrors("attenuation of an edit");
+  return attenuation;
+}
+
+std::vector<std::vector<float>> EditPass::readAttenuation(const gl::Texture& attenuation,
+                                                          ImageSize size, int channels) {
+  std::vector<std::vector<float>> groups;
+  for (int group = 0; 4 * group < channels; ++group) {
+    const gpu::Attachment attachment{&attenuation, group};
+    gpu::bindTarget(framebuffer_, {&attachment, 1}, size);
+    groups.push_back(gpu::readFloats(size));
+  }
+  return groups;
+}
+
+gl::Texture EditPass::enhancement(const PieceTextures& pieces, const ChannelTable& table,
+                                  double lambda, double gamma) {
+  return enhancement(attenuation(pieces, table), pieces.size, int(table.strength.size()), lambda,
+                     gamma);
+}
+
+gl::Texture EditPass::enhancement(const gl::Texture& attenuation, ImageSize size, int channels,
+                                  double lambda, double gamma) {
+  const gl::Functions& gl = gl::functions();
   auto found = programs_.find("enhance");
   if (found == programs_.end()) {
     found = programs_
                 .emplace("enhance", gpu::program(embedded::fullscreen_vert, embedded::enhance_frag))
                 .first;
   }
-  gl::Texture result = gpu::texture2D(GL_RGBA32F, pieces.size, GL_RGBA, GL_FLOAT, nullptr);
+  gl::Texture result = gpu::texture2D(GL_RGBA32F, size, GL_RGBA, GL_FLOAT, nullptr);
   const gpu::Attachment attachment{&result};
-  gpu::bindTarget(framebuffer_, {&attachment, 1}, pieces.size);
+  gpu::bindTarget(framebuffer_, {&attachment, 1}, size);
   const gl::Program& program = found->second;
   program.use();
   gpu::bindSampler(program, "attenuation", 0, attenuation);
-  gl.Uniform1i(program.uniform("groups"), groups);
+  gl.Uniform1i(program.uniform("groups"), (channels + 3) / 4);
   gl.Uniform1f(program.uniform("lambda"), float(lambda));
   gl.Uniform1f(program.uniform("gamma"), float(gamma));
-  gl.Uniform1f(program.uniform("gradientScale"), float(pieces.size.height) / 512.0f);
+  gl.Uniform1f(program.uniform("gradientScale"), float(size.height) / 512.0f);
   gpu::drawFullscreen(empty_);
   gl::checkErrors("depth-aware enhancement");
   return result;

@@ -57,10 +57,17 @@ class EditPass {
                  const EditExtras& extras = {});
   /// [pixel] the largest change of a colour that an order which is not stored could make.
   std::vector<float> doubt(const PieceTextures& pieces, const ChannelTable& table);
+  /// a'_k of the edit [channel / 4], four channels a texel.
+  gl::Texture attenuation(const PieceTextures& pieces, const ChannelTable& table);
+  /// The same on the CPU: [channel / 4][pixel][channel % 4], of `channels` channels.
+  std::vector<std::vector<float>> readAttenuation(const gl::Texture& attenuation, ImageSize size,
+                                                  int channels);
   /// r = λ Σ_k ‖∇_xy a'_k‖^γ clamped to [0, 1] (eq. 11); gradients
   /// are per 1/512 of the picture's height, so that λ means the same at every size.
   gl::Texture enhancement(const PieceTextures& pieces, const ChannelTable& table, double lambda,
                           double gamma);
+  gl::Texture enhancement(const gl::Texture& attenuation, ImageSize size, int channels,
+                          double lambda, double gamma);
 
  private:
   const gl::Program& variant(const std::string& name,

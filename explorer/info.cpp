@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "explorer/learned_pass.h"
 #include "explorer/stack_source.h"
 #include "proxy/error.h"
 #include "proxy/field_layout.h"
@@ -193,6 +194,21 @@ json archiveInfo(const Archive& archive) {
                               {"levels", levels},
                               {"error", errorOfStack(file.header(), levels)}});
   }
+  info["learned"] = json::array();
+  for (const ArchiveRow& row : archive.rows()) {
+    if (row.proxy != kind::kLearned) continue;
+    const ProxyHeader header = archive.open(row).header();
+    if (!header.learned) continue;
+    info["learned"].push_back({{"cycle", row.cycle},
+                               {"view", row.view},
+                               {"field", row.field},
+                               {"clusters", header.size.height},
+                               {"pictures", header.looks.size()},
+                               {"shading", header.shading},
+                               {"from", header.learned->from},
+                               {"error", header.learned->error},
+                               {"table", learnedNote(header)}});
+  }
   info["proxies"] = json::array();
   std::uint64_t bytes = 0;
   for (const std::string& proxy : archive.proxies()) {
@@ -248,6 +264,11 @@ std::string infoText(const json& info) {
   for (const json& stack : info["stacks"]) {
     text += fmt::format("  stack of {} in view {}: {}\n", stack["field"].get<std::string>(),
                         stack["view"].get<std::string>(), stack["error"].get<std::string>());
+  }
+  for (const json& table : info["learned"]) {
+    text += fmt::format("  learned colours of {} in view {}, cycle {}: {}\n",
+                        table["field"].get<std::string>(), table["view"].get<std::string>(),
+                        table["cycle"].dump(), table["table"].get<std::string>());
   }
   for (const json& proxy : info["proxies"]) {
     text +=

@@ -70,6 +70,29 @@ void validateGrid(const Look& look) {
   }
 }
 
+/// Learned colours are those of the run: no key may ask for others.
+void validateColoring(const Look& look) {
+  if (look.color != Coloring::Learned) return;
+  const std::pair<const char*, bool> keys[] = {
+      {"source", look.source != Source::Auto && look.source != Source::Volume},
+      {"draw", look.draw != Draw::Volume},
+      {"clip", look.clip.has_value()},
+      {"rotate", !look.rotate.isZero()},
+      {"colormap", !look.colormap.empty()},
+      {"colorRange", look.colorRange.has_value()},
+      {"via", look.via != Via::Auto},
+      {"order", look.order != Order::Auto},
+      {"shading", look.shading != Shading::None},
+      {"ao", look.ao.on}};
+  for (const auto& [key, other] : keys) {
+    if (!other) continue;
+    throw Error(ErrorCode::Config,
+                std::string("look key '") + key +
+                    "' does not go with learned colours: they are those of the run's own pictures "
+                    "of a stored view, light included");
+  }
+}
+
 void validateLight(const Look& look) {
   if (look.lights.size() > 8) {
     throw Error(ErrorCode::Config, "look key 'lights' holds " + std::to_string(look.lights.size()) +
@@ -103,6 +126,7 @@ void Look::validate() const {
   validateGrid(*this);
   validateFunction(*this);
   validateLight(*this);
+  validateColoring(*this);
   requireRange("ao.strength", ao.strength, 0.0, 10.0);
   require(ao.radius > 0.0 && ao.radius <= 1.0, "ao.radius", ao.radius, "in (0, 1]");
   requireRange("enhance.lambda", enhance.lambda, 0.0, 1e6);

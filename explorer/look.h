@@ -24,6 +24,9 @@ enum class Via { Auto, Length, Attenuation };
 enum class Order { Auto, Runs, Mean };
 inline constexpr std::size_t kRunsPixels = 512 * 512;
 enum class NormalSource { Stored, Depth };
+/// Whose colours a recomposed picture has: the transfer function's, or those that the archive's
+/// table of learned colours gives each distribution of attenuation (visualization-by-proxy §6.2).
+enum class Coloring { Function, Learned };
 /// What the picture is made of: the intervals (volume) or warped depth layers; MIP; the run's own
 /// reference rendering; piecewise-analytic layers (layered); the stored field; sliced stacks. Auto:
 /// at a stored view its stack, else volume; when rotated stacks, else layers; layered, else the
@@ -94,6 +97,7 @@ struct Look {
   std::optional<std::pair<double, double>> colorRange;
   std::vector<double> factors;  ///< empty: all 1; else one an interval
 
+  Coloring color = Coloring::Function;
   Via via = Via::Auto;
   Order order = Order::Auto;
   Shading shading = Shading::None;

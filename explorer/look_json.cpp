@@ -15,6 +15,7 @@ template <typename Enum>
 using Names = std::vector<std::pair<const char*, Enum>>;
 
 const Names<Shading> kShadings{{"none", Shading::None}, {"phong", Shading::Phong}};
+const Names<Coloring> kColorings{{"function", Coloring::Function}, {"learned", Coloring::Learned}};
 const Names<Via> kVias{
     {"auto", Via::Auto}, {"length", Via::Length}, {"attenuation", Via::Attenuation}};
 const Names<Order> kOrders{{"auto", Order::Auto}, {"runs", Order::Runs}, {"mean", Order::Mean}};
@@ -114,6 +115,7 @@ void readFunction(JsonObject& object, Look& look) {
 }
 
 void readShading(JsonObject& object, Look& look) {
+  object.readName("color", kColorings, look.color);
   object.readName("via", kVias, look.via);
   object.readName("order", kOrders, look.order);
   object.readName("shading", kShadings, look.shading);
@@ -206,6 +208,7 @@ json toJson(const Look& look) {
     const auto &low = look.clip->low, &high = look.clip->high;
     result["clip"] = {low.x, low.y, low.z, high.x, high.y, high.z};
   }
+  result["color"] = nameOf(kColorings, look.color);
   result["via"] = nameOf(kVias, look.via);
   result["order"] = nameOf(kOrders, look.order);
   result["shading"] = nameOf(kShadings, look.shading);

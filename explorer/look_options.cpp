@@ -78,6 +78,7 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
   command.add_option("--factors", factors_, "One opacity factor an interval '1,0,2,...'");
   command.add_option("--colormap", colormap_, "Colour map by name; _r reverses");
   command.add_option("--color-range", colorRange_, "LOW,HIGH of the colour map");
+  command.add_option("--color", color_, "function, or learned: see train");
   command.add_option("--via", via_, "auto, length, attenuation");
   command.add_option("--order", order_, "auto, runs, mean");
   command.add_option("--light", lights_, "Light from AZ,EL[,INTENSITY]; may be repeated")
@@ -136,6 +137,7 @@ Look LookOptions::look() const {
   }
   if (given("--clip")) json["clip"] = numbersFromText("--clip", clip_, 6, 6);
   text("--colormap", "colormap", colormap_);
+  text("--color", "color", color_);
   text("--via", "via", via_);
   text("--order", "order", order_);
   text("--shading", "shading", shading_);

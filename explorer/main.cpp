@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
   addDoctor(app, exitCode);
   addExport(app, exitCode);
   addProbe(app, exitCode);
+  addTrain(app, exitCode);
   if (argc > 1 && argv[1][0] != '-' &&
       app.get_subcommands([&](CLI::App* command) { return command->check_name(argv[1]); })
           .empty()) {

@@ -100,12 +100,14 @@ Renderer::Renderer(std::shared_ptr<gl::Device> device, std::shared_ptr<const Arc
     impl_->edit = std::make_unique<EditPass>();
     impl_->layer = std::make_unique<LayerPass>();
     impl_->layered = std::make_unique<LayeredPass>();
+    impl_->learned = std::make_unique<LearnedPass>();
   });
 }
 
 Renderer::~Renderer() {
   impl_->device->run([&] {
     impl_->stacks.reset();
+    impl_->learned.reset();
     impl_->layered.reset();
     impl_->layer.reset();
     impl_->edit.reset();
@@ -130,9 +132,11 @@ Rendered Renderer::render(const Look& look) {
                                       radians(look.rotate.elevation), radians(look.rotate.roll));
     // Only the pictures that are stored have any but square pixels.
     if (!look.rotate.isZero()) out.camera.pixelAspect = 1.0;
-    const Impl::Stacks stacks = self.stacksAnswer(look, cycle, field, base, out.camera, out);
-    const bool fromField =
-        stacks == Impl::Stacks::None && self.fieldAnswers(look, cycle, field, base, out.camera);
+    const bool learned = look.color == Coloring::Learned;
+    const Impl::Stacks stacks =
+        learned ? Impl::Stacks::None : self.stacksAnswer(look, cycle, field, base, out.camera, out);
+    const bool fromField = !learned && stacks == Impl::Stacks::None &&
+                           self.fieldAnswers(look, cycle, field, base, out.camera);
     ViewData& view = fromField ? self.views->get(cycle, kFieldView, field)
                      : stacks != Impl::Stacks::None
                          ? base
@@ -144,7 +148,9 @@ Rendered Renderer::render(const Look& look) {
     const ProxyHeader& viewed = (fromField ? base : view).header();
     const ImageSize viewSize = squarePixels(viewed.size, viewed.camera.pixelAspect);
     if (grid || fromField) out.camera.pixelAspect = 1.0;
-    if (grid) {
+    if (learned) {
+      self.drawLearned(look, view, function, out);
+    } else if (grid) {
       self.drawStackGrid(look, *grid, function, viewSize, out);
     } else if (stacks == Impl::Stacks::Pieces) {
       self.drawStackPieces(look, view, function, out);

@@ -78,6 +78,41 @@ void Renderer::Impl::drawVolume(const Look& look, ViewData& view, const Transfer
   if (look.trust) out.trust = trustFromDoubt(edit->doubt(pieces, table));
 }
 
+void Renderer::Impl::drawLearned(const Look& look, ViewData& view, const TransferFunction& function,
+                                 Rendered& out) {
+  const ProxyHeader& source = view.header();
+  if (!view.has(kind::kLearned)) {
+    throw Error(ErrorCode::NotFound, "look key 'color' is learned, but cycle " +
+                                         std::to_string(source.cycle) + ", view '" + source.view +
+                                         "', field '" + source.field +
+                                         "' has no table of learned colours: see "
+                                         "vestige-explorer train");
+  }
+  const ProxyImage image = view.image(kind::kLearned);
+  const LearnedTable table = learnedTable(image);
+  const ProxyHeader& header = image.header;
+  if (!view.partition() || *view.partition() != *header.partition ||
+      header.learned->size != source.size || header.camera != source.camera) {
+    throw Error(ErrorCode::Format,
+                "the table of learned colours is of other intervals, another "
+                "size or another camera than view '" +
+                    source.view + "': train again");
+  }
+  const gl::Texture attenuation = attenuationFrom(*edit, view, header.learned->from, function);
+  std::optional<gl::Texture> enhancement;
+  if (look.enhance.on) {
+    enhancement = edit->enhancement(attenuation, source.size, table.channels, look.enhance.lambda,
+                                    look.enhance.gamma);
+  }
+  out.picture =
+      learned->render(attenuation, source.size, table, enhancement ? &*enhancement : nullptr);
+  out.notes.push_back("learned answers: " + learnedNote(header));
+  // A model's word is not what is stored.
+  if (look.trust) {
+    out.trust = trustFromStretch(std::vector<float>(source.size.pixels(), 1.0f), out.picture);
+  }
+}
+
 void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const TransferFunction& function,
                                 Rendered& out) {
   const ProxyHeader& header = view.header();

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "explorer/learned_pass.h"
 #include "explorer/renderer.h"
 #include "explorer/stack_source.h"
 #include "explorer/view_data.h"
@@ -22,6 +23,7 @@ struct Renderer::Impl {
   std::unique_ptr<EditPass> edit;
   std::unique_ptr<LayerPass> layer;
   std::unique_ptr<LayeredPass> layered;
+  std::unique_ptr<LearnedPass> learned;
   std::unique_ptr<StackSource> stacks;  ///< those that were asked for last
 
   /// The view that answers: the stored one that looks most nearly along the target's direction.
@@ -31,6 +33,8 @@ struct Renderer::Impl {
                   Rendered& out);
   void drawLayers(const Look& look, ViewData& view, const TransferFunction& function,
                   Rendered& out);
+  void drawLearned(const Look& look, ViewData& view, const TransferFunction& function,
+                   Rendered& out);
   void drawLayered(const Look& look, ViewData& view, Rendered& out);
   /// Whether a grid answers instead of the view's own proxies.
   bool fieldAnswers(const Look& look, long cycle, const std::string& field, const ViewData& base,

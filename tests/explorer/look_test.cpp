@@ -49,6 +49,14 @@ TEST(Look, SurvivesJsonWithEveryKeySet) {
   EXPECT_EQ(lookFromText(toJson(look).dump()), look);
 }
 
+TEST(Look, SurvivesJsonWithLearnedColours) {
+  Look look;
+  look.color = Coloring::Learned;
+  look.factors = {0.5, 1.0};
+  look.enhance.on = true;
+  EXPECT_EQ(lookFromJson(toJson(look)), look);
+}
+
 TEST(Look, IsTheDefaultWhenEmpty) { EXPECT_EQ(lookFromText("{}"), Look{}); }
 
 TEST(Look, NamesUnknownKeysByTheirPath) {
@@ -89,6 +97,17 @@ TEST(Look, NamesTheKeyOfEveryBadValue) {
       {R"({"background": "#12345"})", "background"},
       {R"({"cycle": 1.5})", "cycle"},
       {R"({"cycle": 1, "time": 2})", "cycle"},
+      {R"({"color": "guessed"})", "color"},
+      {R"({"color": "learned", "colormap": "grey"})", "colormap"},
+      {R"({"color": "learned", "colorRange": [0, 1]})", "colorRange"},
+      {R"({"color": "learned", "rotate": [1, 0, 0]})", "rotate"},
+      {R"({"color": "learned", "source": "sliced"})", "source"},
+      {R"({"color": "learned", "draw": "mip"})", "draw"},
+      {R"({"color": "learned", "clip": [0, 0, 0, 1, 1, 1]})", "clip"},
+      {R"({"color": "learned", "via": "length"})", "via"},
+      {R"({"color": "learned", "order": "mean"})", "order"},
+      {R"({"color": "learned", "shading": "phong"})", "shading"},
+      {R"({"color": "learned", "ao": {"on": true}})", "ao"},
   };
   for (const auto& [text, key] : cases) {
     EXPECT_NE(messageOf(text).find(key), std::string::npos) << text;

@@ -168,6 +168,33 @@ TEST_F(Program, LeavesAnEarlierMovieAloneWhenTheEncoderFails) {
   EXPECT_FALSE(std::filesystem::exists(file("bad.part.nonsense")));
 }
 
+TEST_F(Program, LearnsColoursAndRendersWithThem) {
+  const std::string path = file("learned.cdb"), quoted = "'" + path + "'";
+  std::filesystem::copy(folder_->path() / "run.cdb", path,
+                        std::filesystem::copy_options::recursive);
+  const std::string look = " -o '" + file("learned.png") + "' --color learned --factors 1,1,.5,1,1";
+  const Outcome early = explorer("render " + quoted + look);
+  EXPECT_EQ(early.code, 1);
+  EXPECT_NE(early.text.find("vestige-explorer train"), std::string::npos) << early.text;
+  for (const char* clusters : {"8", "3"}) {
+    const Outcome train = explorer("train " + quoted + " --every-step -k " + clusters);
+    ASSERT_EQ(train.code, 0) << train.text;
+    EXPECT_NE(train.text.find(std::string(clusters) + " clusters of length from 1 picture (unlit)"),
+              std::string::npos)
+        << train.text;
+  }
+  const Outcome render = explorer("render " + quoted + look + " -v --step 10");
+  EXPECT_EQ(render.code, 0) << render.text;
+  EXPECT_NE(render.text.find("learned answers: 3 clusters"), std::string::npos) << render.text;
+  const Outcome check = explorer("check " + quoted);
+  EXPECT_EQ(check.code, 0) << check.text;
+  EXPECT_NE(check.text.find("18 rows, all sound"), std::string::npos) << check.text;
+  const Outcome info = explorer("info " + quoted);
+  EXPECT_NE(info.text.find("learned colours of density in view front, cycle 20: 3 clusters"),
+            std::string::npos)
+      << info.text;
+}
+
 TEST_F(Program, TellsErrorsFromWrongCommandLines) {
   const auto says = [](const std::string& arguments, int code, const char* word) {
     const Outcome outcome = explorer(arguments);
@@ -193,6 +220,11 @@ TEST_F(Program, TellsErrorsFromWrongCommandLines) {
   says("movie " + archive() + " -o x.mp4 --frames 3", 2, "--turn");
   says("compare /nowhere.png /neither.png", 1, "/nowhere.png");
   says("export " + archive() + " -o x --proxy nope", 1, "'nope'");
+  says("train /nowhere.cdb", 1, "'/nowhere.cdb' does not exist");
+  says("train " + archive() + " -k 0", 2, "--clusters");
+  says("train " + archive() + " --step 7", 1, "0, 10, 20");
+  says("train " + archive() + " --view side", 1, "'side'");
+  says("train " + archive() + " --from sliced", 1, "no sliced proxy");
   says("check /nowhere.cdb", 1, "'/nowhere.cdb' is no folder");
 }
 

@@ -59,6 +59,7 @@ double worthOfField(int reduction, double bits) {
 double bytesOfPixel(const Config& config) {
   return (config.attenuation ? 2.0 : 0.0) + (config.length ? 11.0 : 0.0) +
          (config.depth ? 5.0 : 0.0) + (config.mip ? 6.0 : 0.0) + (config.reference ? 1.3 : 0.0) +
+         (config.training ? 1.3 * config.training->pictures : 0.0) +
          (config.layered ? 1.0 + 1.2 * config.layers : 0.0);
 }
 

@@ -12,6 +12,7 @@
 
 #include "explorer/learned_pass.h"
 #include "explorer/stack_source.h"
+#include "explorer/stated_error.h"
 #include "proxy/error.h"
 #include "proxy/field_layout.h"
 
@@ -53,6 +54,32 @@ json fieldInfo(const ProxyHeader& header) {
   if (header.partition) info["bounds"] = header.partition->bounds();
   if (header.base) info["base"] = toJson(*header.base);
   return info;
+}
+
+/// Which tiers of the last step answer edited looks of a field, truest first, and what they state.
+json answersOf(const Archive& archive, const std::string& field, bool turned) {
+  std::vector<std::pair<std::string, StatedError>> tiers;
+  // In the order in which renderer_choice.cpp takes what states the same.
+  for (const std::string_view proxy :
+       {kind::kSliced, kind::kField, kind::kLength, kind::kAttenuation, kind::kLayered}) {
+    for (const ArchiveRow& row : archive.rows()) {
+      if (row.cycle != archive.cycles().back() || row.field != field || row.proxy != proxy)
+        continue;
+      tiers.emplace_back(proxy, statedError(archive.open(row).header(), {turned, true}));
+      break;
+    }
+  }
+  std::stable_sort(tiers.begin(), tiers.end(),
+                   [](const auto& a, const auto& b) { return a.second.truerThan(b.second); });
+  json list = json::array();
+  for (const auto& [name, error] : tiers) {
+    list.push_back({{"proxy", name},
+                    {"bounded", error.bounded},
+                    {"value", error.value},
+                    {"place", error.place},
+                    {"text", error.text()}});
+  }
+  return list;
 }
 
 /// What made which cycles: stretches of equal provenance, as a budget changes its mind.
@@ -183,6 +210,15 @@ json archiveInfo(const Archive& archive) {
                                     {"reduction", header.grid->reduction},
                                     {"tolerance", header.grid->tolerance}});
   }
+  info["answers"] = json::array();
+  for (const std::string& field :
+       archive.cycles().empty() ? std::vector<std::string>{} : archive.fields()) {
+    for (const bool turned : {false, true}) {
+      const json tiers = answersOf(archive, field, turned);
+      if (tiers.empty()) continue;
+      info["answers"].push_back({{"field", field}, {"turned", turned}, {"tiers", tiers}});
+    }
+  }
   info["stacks"] = json::array();
   for (const ArchiveRow& row : archive.rows()) {
     if (row.proxy != kind::kSliced || row.cycle != archive.cycles().back()) continue;
@@ -269,6 +305,15 @@ std::string infoText(const json& info) {
     text += fmt::format("  learned colours of {} in view {}, cycle {}: {}\n",
                         table["field"].get<std::string>(), table["view"].get<std::string>(),
                         table["cycle"].dump(), table["table"].get<std::string>());
+  }
+  for (const json& answer : info["answers"]) {
+    std::string tiers;
+    for (const json& tier : answer["tiers"]) {
+      tiers += fmt::format("{}{} ({})", tiers.empty() ? "" : ", then ",
+                           tier["proxy"].get<std::string>(), tier["text"].get<std::string>());
+    }
+    text += fmt::format("  truest for {} {}: {}\n", answer["field"].get<std::string>(),
+                        answer["turned"] ? "from elsewhere" : "at a stored view", tiers);
   }
   for (const json& proxy : info["proxies"]) {
     text +=

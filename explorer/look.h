@@ -29,8 +29,8 @@ enum class NormalSource { Stored, Depth };
 enum class Coloring { Function, Learned };
 /// What the picture is made of: the intervals (volume) or warped depth layers; MIP; the run's own
 /// reference rendering; piecewise-analytic layers (layered); the stored field; sliced stacks. Auto:
-/// at a stored view its stack, else volume; when rotated stacks, else layers; layered, else the
-/// field, where nothing else can answer.
+/// the field where it states less error (stated_error.h); else at a stored view its stack, else
+/// volume; when rotated stacks, else layers, else layered.
 enum class Source { Auto, Volume, Layers, Mip, Reference, Layered, Field, Sliced };
 /// What is drawn of a source that is a grid (fields, stacks): emission and absorption, surfaces of
 /// equal value, the greatest value along each ray, or a plane.

@@ -133,10 +133,12 @@ Rendered Renderer::render(const Look& look) {
     // Only the pictures that are stored have any but square pixels.
     if (!look.rotate.isZero()) out.camera.pixelAspect = 1.0;
     const bool learned = look.color == Coloring::Learned;
-    const Impl::Stacks stacks =
+    Impl::Stacks stacks =
         learned ? Impl::Stacks::None : self.stacksAnswer(look, cycle, field, base, out.camera, out);
-    const bool fromField = !learned && stacks == Impl::Stacks::None &&
-                           self.fieldAnswers(look, cycle, field, base, out.camera);
+    std::string stated;
+    const bool fromField =
+        !learned && self.fieldAnswers(look, cycle, field, base, out.camera, stacks, stated);
+    if (fromField) stacks = Impl::Stacks::None;
     ViewData& view = fromField ? self.views->get(cycle, kFieldView, field)
                      : stacks != Impl::Stacks::None
                          ? base
@@ -159,6 +161,7 @@ Rendered Renderer::render(const Look& look) {
     } else {
       self.draw(look, view, function, out);
     }
+    if (!stated.empty()) out.notes.push_back(std::move(stated));
     if (!out.trust.empty()) {
       out.shares = sharesOf(out.trust, out.picture);
       overlayTrust(out.picture, out.trust);

@@ -17,6 +17,11 @@ std::string numberOf(double value) {
 
 }  // namespace
 
+bool isEdited(const Look& look) {
+  return look.opacity || look.referenceLength || !look.colormap.empty() || look.colorRange ||
+         !look.factors.empty() || look.shading == Shading::Phong || look.ao.on;
+}
+
 ViewData& Renderer::Impl::sourceFor(const Look& look, long cycle, const std::string& field,
                                     ViewData& base, const Camera& target, Rendered& out) {
   if (look.rotate.isZero()) return base;
@@ -69,30 +74,78 @@ Via Renderer::Impl::viaOf(const Look& look, ViewData& view, Rendered& out) const
   return Via::Length;
 }
 
+std::optional<StatedError> Renderer::Impl::errorOf(std::string_view proxy, long cycle,
+                                                   const std::string& view,
+                                                   const std::string& field,
+                                                   const Asked& asked) const {
+  const ArchiveRow* row = archive->find(cycle, view, field, proxy);
+  if (!row) return std::nullopt;
+  return statedError(archive->open(*row).header(), asked);
+}
+
+/// What would answer without a field: of the view's own proxies the one that draw() takes, or the
+/// stack.
+std::optional<Renderer::Impl::Candidate> Renderer::Impl::otherThanField(
+    const Look& look, long cycle, const std::string& field, const ViewData& base, Stacks sliced,
+    const Asked& asked) const {
+  const std::string& view = base.header().view;
+  if (sliced != Stacks::None) {
+    const bool own = base.has(kind::kSliced);
+    const std::string from = own ? view : StackSource::viewsOf(*archive, cycle, field).front();
+    return Candidate{kind::kSliced, *errorOf(kind::kSliced, cycle, from, field, asked)};
+  }
+  if (look.needsGrid()) return std::nullopt;
+  for (const std::string_view proxy : {kind::kLength, kind::kAttenuation, kind::kDepth,
+                                       kind::kReference, kind::kLayered, kind::kMip}) {
+    const bool picture = proxy == kind::kReference || proxy == kind::kMip;
+    if (asked.turned && (picture || proxy == kind::kAttenuation)) continue;
+    if (const auto error = errorOf(proxy, cycle, view, field, asked))
+      return Candidate{proxy, *error};
+  }
+  return std::nullopt;
+}
+
 bool Renderer::Impl::fieldAnswers(const Look& look, long cycle, const std::string& field,
-                                  const ViewData& base, const Camera& target) const {
+                                  const ViewData& base, const Camera& target, Stacks sliced,
+                                  std::string& stated) const {
   const bool there = archive->find(cycle, kFieldView, field, kind::kField) != nullptr;
   const auto missing = [&](const std::string& key) {
     throw Error(ErrorCode::NotFound, "look key '" + key + "' needs a stored field, cycle " +
                                          std::to_string(cycle) + " has none of '" + field + "'");
   };
-  if (look.source == Source::Field && !there) missing("source");
-  if (look.needsGrid()) {
-    const char* key = look.clip ? "clip" : "draw";
-    if (!there) missing(key);
-    if (look.source != Source::Auto && look.source != Source::Field) {
-      throw Error(ErrorCode::Config,
-                  std::string("look key '") + key + "' needs source auto or field");
-    }
+  const bool grid = look.needsGrid();
+  const char* key = look.clip ? "clip" : "draw";
+  if (look.source == Source::Field) {
+    if (!there) missing("source");
     return true;
   }
-  if (look.source != Source::Auto || !there) return look.source == Source::Field;
-  const bool stored = target == base.header().camera;
-  const bool layers = base.has(kind::kDepth) || base.has(kind::kLength);
-  const bool baked = base.has(kind::kLayered);
-  const bool pictures = layers || baked || base.has(kind::kAttenuation) ||
-                        base.has(kind::kReference) || base.has(kind::kMip);
-  return stored ? !pictures : !layers && !baked;
+  if (grid && look.source != Source::Auto && look.source != Source::Sliced) {
+    throw Error(ErrorCode::Config,
+                std::string("look key '") + key + "' needs source auto, field or sliced");
+  }
+  if (look.source != Source::Auto) return false;
+  const Asked asked{target != base.header().camera, isEdited(look)};
+  const auto other = otherThanField(look, cycle, field, base, sliced, asked);
+  if (grid && !there && !other) missing(key);
+  if (!other) return there;
+  stated = std::string(other->proxy) + " states: " + other->error.text();
+  const auto stored = StackSource::viewsOf(*archive, cycle, field);
+  if (sliced == Stacks::None && !stored.empty()) {
+    const StatedError ofStacks = *errorOf(kind::kSliced, cycle, stored.front(), field, asked);
+    stated += "; stacks of other views, as a grid (source sliced), state: " + ofStacks.text();
+  }
+  if (!there) return false;
+  const StatedError own = *errorOf(kind::kField, cycle, kFieldView, field, asked);
+  stated = "field states: " + own.text() + "; " + stated;
+  if (!own.truerThan(other->error)) return false;
+  // Who asks for what only other proxies can do shall have it, and hear what is truer.
+  const char* only = look.enhance.on             ? "enhance"
+                     : look.via != Via::Auto     ? "via"
+                     : look.order != Order::Auto ? "order"
+                                                 : nullptr;
+  if (!only) return true;
+  stated += std::string("; look key '") + only + "' is not for the field, which is truer";
+  return false;
 }
 
 Renderer::Impl::Stacks Renderer::Impl::stacksAnswer(const Look& look, long cycle,
@@ -109,10 +162,7 @@ Renderer::Impl::Stacks Renderer::Impl::stacksAnswer(const Look& look, long cycle
   const bool flat = base.has(kind::kLength) || base.has(kind::kAttenuation);
   const bool stored = target == base.header().camera;
   const bool lit = look.shading == Shading::Phong || look.ao.on;
-  if (look.needsGrid()) {
-    const bool exact = archive->find(cycle, kFieldView, field, kind::kField) != nullptr;
-    return wanted || !exact ? Stacks::Grid : Stacks::None;
-  }
+  if (look.needsGrid()) return Stacks::Grid;
   if (stored && base.has(kind::kSliced)) {
     // Who asks for a way of recomposing lengths shall have it.
     const bool otherwise = look.via != Via::Auto || look.order != Order::Auto;
@@ -120,9 +170,7 @@ Renderer::Impl::Stacks Renderer::Impl::stacksAnswer(const Look& look, long cycle
     if (!lit || base.has(kind::kDepth)) return Stacks::Pieces;
   } else if (stored && !wanted) {
     // A view of pictures only cannot be edited; stacks can.
-    const bool edited = look.opacity || look.referenceLength || !look.colormap.empty() ||
-                        look.colorRange || !look.factors.empty() || lit;
-    if (flat || base.has(kind::kDepth) || !edited) return Stacks::None;
+    if (flat || base.has(kind::kDepth) || !isEdited(look)) return Stacks::None;
   }
   if (look.enhance.on) {
     if (!wanted && (flat || base.has(kind::kDepth))) return Stacks::None;

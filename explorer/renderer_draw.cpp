@@ -279,6 +279,12 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
                     (source == Source::Volume ? "lengths or attenuation to recompose"
                                               : "depth layers or lengths to warp"));
   }
+  if (look.source == Source::Auto && isEdited(look) &&
+      (source == Source::Reference || source == Source::Layered)) {
+    out.notes.push_back(
+        "the opacity, colour or light that the look asks for is not in this picture: nothing that "
+        "is stored of this view can be edited");
+  }
   switch (source) {
     case Source::Volume:
       drawVolume(look, view, function, viaOf(look, view, out), out);

@@ -8,6 +8,7 @@
 #include "explorer/learned_pass.h"
 #include "explorer/renderer.h"
 #include "explorer/stack_source.h"
+#include "explorer/stated_error.h"
 #include "explorer/view_data.h"
 
 // The inside of Renderer: renderer.cpp resolves a look and finishes the picture,
@@ -36,15 +37,26 @@ struct Renderer::Impl {
   void drawLearned(const Look& look, ViewData& view, const TransferFunction& function,
                    Rendered& out);
   void drawLayered(const Look& look, ViewData& view, Rendered& out);
-  /// Whether a grid answers instead of the view's own proxies.
-  bool fieldAnswers(const Look& look, long cycle, const std::string& field, const ViewData& base,
-                    const Camera& target) const;
   void drawField(const Look& look, ViewData& stored, ImageSize viewSize, Rendered& out);
   /// What stacks of the step have to do with a look: nothing, the one of the view is recomposed, or
   /// they are drawn as a grid.
   enum class Stacks { None, Pieces, Grid };
   Stacks stacksAnswer(const Look& look, long cycle, const std::string& field, const ViewData& base,
                       const Camera& target, Rendered& out) const;
+  /// A proxy that may answer, by its name in archives, and what it states.
+  struct Candidate {
+    std::string_view proxy;
+    StatedError error;
+  };
+  std::optional<StatedError> errorOf(std::string_view proxy, long cycle, const std::string& view,
+                                     const std::string& field, const Asked& asked) const;
+  std::optional<Candidate> otherThanField(const Look& look, long cycle, const std::string& field,
+                                          const ViewData& base, Stacks sliced,
+                                          const Asked& asked) const;
+  /// Whether the stored field answers rather than stacks or the view's own proxies: where its
+  /// stated error is less. `stated`: what of the error is known, in a sentence; may stay empty.
+  bool fieldAnswers(const Look& look, long cycle, const std::string& field, const ViewData& base,
+                    const Camera& target, Stacks sliced, std::string& stated) const;
   StackSource& stacksOf(long cycle, const std::string& field);
   void drawStackPieces(const Look& look, ViewData& view, const TransferFunction& function,
                        Rendered& out);
@@ -57,6 +69,8 @@ struct Renderer::Impl {
   Via viaOf(const Look& look, ViewData& view, Rendered& out) const;
 };
 
+/// Whether a look asks for other opacity, colour or light than the run's base.
+bool isEdited(const Look& look);
 /// The run's base transfer function with what the look changes.
 TransferFunction functionOf(const Look& look, const ProxyHeader& header,
                             const IntervalPartition* partition);

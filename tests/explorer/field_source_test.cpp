@@ -95,14 +95,24 @@ TEST(FieldSource, AnswersEverythingWhereNothingElseIsStored) {
   EXPECT_GT(*std::max_element(turned.picture.rgba.begin(), turned.picture.rgba.end()), 0.5f);
 }
 
-TEST(FieldSource, AutoKeepsToTheViewsOwnProxiesUnlessOnlyAGridCanAnswer) {
+TEST(FieldSource, AutoTakesItWhereItStatesLessError) {
   const synthetic::TemporaryFolder folder;
   writeField(folder.path() / "a.cdb", true);
   Renderer renderer(device(), std::make_shared<Archive>(folder.path() / "a.cdb"));
   Look look = someLook();
+  const Rendered first = renderer.render(look);
+  EXPECT_TRUE(noted(first, "field answers"));
+  EXPECT_TRUE(noted(first, "field states: values within"));
+  EXPECT_TRUE(noted(first, "length states: values within"));
+  EXPECT_TRUE(noted(first, "their order along a ray is not stored"));
+  // What only lengths can do they do, and say what is truer.
+  look.order = Order::Mean;
+  const Rendered ordered = renderer.render(look);
+  EXPECT_TRUE(noted(ordered, "length answers"));
+  EXPECT_TRUE(noted(ordered, "look key 'order' is not for the field, which is truer"));
+  look.order = Order::Auto;
+  look.source = Source::Volume;
   EXPECT_TRUE(noted(renderer.render(look), "length answers"));
-  look.source = Source::Field;
-  EXPECT_TRUE(noted(renderer.render(look), "field answers"));
   look.source = Source::Auto;
   look.clip = Box{{-1.0, -1.0, -1.0}, {1.0, 0.0, 1.0}};
   EXPECT_TRUE(noted(renderer.render(look), "field answers"));

@@ -10,6 +10,7 @@
 #include "explorer/stack_grid.h"
 #include "proxy/archive.h"
 #include "proxy/error.h"
+#include "proxy/field_layout.h"
 #include "proxy/gl/device.h"
 #include "proxy/proxy_layout.h"
 #include "synthetic.h"
@@ -250,6 +251,48 @@ TEST_F(StackRendering, InfoStatesTheErrorOfEachStack) {
   EXPECT_EQ(info["stacks"][0]["slabs"], 8);
   EXPECT_NE(infoText(info).find("stack of field in view stack-front: 8 slabs of 0.25"),
             std::string::npos);
+  EXPECT_NE(infoText(info).find("truest for field from elsewhere: sliced (values within 12.5 % of "
+                                "the range, places within 1.56 % of the depth)\n"),
+            std::string::npos)
+      << infoText(info);
+}
+
+TEST_F(StackRendering, AutoTakesStacksOrTheFieldByWhatTheyState) {
+  const auto noteOf = [&](const FieldReduction& reduction, const char* name, const Look& look) {
+    const auto path = folder_->path() / name;
+    ArchiveWriter writer(path, ExistingArchive::Refuse);
+    FieldSamples samples;
+    for (std::size_t a = 0; a < 3; ++a) {
+      samples.axes[a] = {scene().size[a], scene().origin[int(a)], scene().spacing[int(a)], {}};
+    }
+    samples.values = scene().values;
+    SlicedStack stack = stackAlong("stack-front", {0, 1, 0}, {0, 0, 1});
+    writer.writeStep(
+        {encodeProxy(stack), encodeProxy(fieldImage(stack.header, std::move(samples), reduction))});
+    std::string notes;
+    for (const std::string& note :
+         Renderer(device(), std::make_shared<const Archive>(path)).render(look).notes) {
+      notes += note + "\n";
+    }
+    return notes;
+  };
+  Look turned = plainLook(), clipped = plainLook();
+  turned.rotate = {30.0, 0.0, 0.0};
+  clipped.clip = Box{glm::dvec3(-1.0), {1.0, 0.0, 1.0}};
+  const auto has = [](const std::string& notes, const char* words) {
+    return notes.find(words) != std::string::npos;
+  };
+  const std::string tight = noteOf({1, 1e-3}, "tight.cdb", turned);
+  EXPECT_TRUE(has(tight, "field answers")) << tight;
+  EXPECT_TRUE(has(tight, "field states: values within 0.1 % of the range")) << tight;
+  EXPECT_TRUE(has(tight, "sliced states: values within 12.5 % of the range")) << tight;
+  const std::string loose = noteOf({1, 0.3}, "loose.cdb", turned);
+  EXPECT_TRUE(has(loose, "sliced answers")) << loose;
+  EXPECT_TRUE(has(loose, "field states: values within 30 % of the range")) << loose;
+  const std::string half = noteOf({2, 1e-3}, "half.cdb", clipped);
+  EXPECT_TRUE(has(half, "sliced answers")) << half;
+  EXPECT_TRUE(has(half, "field states: nothing bounds what is missing")) << half;
+  EXPECT_TRUE(has(noteOf({1, 1e-3}, "plain.cdb", plainLook()), "field answers"));
 }
 
 TEST(StackGrid, SeveralStacksAreTruerThanOne) {

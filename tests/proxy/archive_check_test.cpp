@@ -228,6 +228,95 @@ bool installed(const std::string& program) {
   return std::system(("command -v " + program + " > /dev/null 2>&1").c_str()) == 0;
 }
 
+/// An archive of stacks, layers and fields.
+class ArchiveCheckNewer : public ArchiveCheck {
+ protected:
+  void SetUp() override {
+    ArchiveWriter writer(path_, ExistingArchive::Refuse);
+    writeNewerStep(writer, 0);
+    writeNewerStep(writer, 10);
+    archive_ = std::make_unique<Archive>(path_);
+  }
+  const ArchiveRow& row(std::string_view proxy) const {
+    for (const ArchiveRow& each : archive_->rows())
+      if (each.cycle == 10 && each.proxy == proxy) return each;
+    throw std::runtime_error("no row");
+  }
+  /// Spoils the image of the last step's proxy, expects words, and puts the good one back.
+  void damaged(std::string_view proxy, const std::string& words,
+               const std::function<void(ProxyImage&)>& spoil) const {
+    const fs::path file = path_ / row(proxy).exr;
+    const std::string good = contents(file);
+    ProxyImage bad = archive_->open(row(proxy)).image();
+    spoil(bad);
+    writeDurably(file, encodeExr(bad));
+    expectDamage(row(proxy).exr, words);
+    overwrite(file, good);
+  }
+  static constexpr std::string_view kKinds[] = {kind::kSliced, kind::kLayered, kind::kField};
+};
+
+TEST_F(ArchiveCheckNewer, ASoundArchiveHasNoFindings) {
+  EXPECT_EQ(Archive(path_).rows().size(), 6u);
+  for (const Finding& f : checkArchive(path_)) ADD_FAILURE() << f.file << ": " << f.problem;
+  EXPECT_TRUE(repairArchive(path_).empty());
+}
+
+TEST_F(ArchiveCheckNewer, DamagedFilesAreFoundAndTheirRowsGoInARepair) {
+  for (const std::string_view proxy : kKinds) {
+    const fs::path file = path_ / row(proxy).exr;
+    const std::string good = contents(file);
+    overwrite(file, good.substr(0, good.size() - 5));
+    expectDamage(row(proxy).exr, "not a readable proxy");
+    std::string flipped = good;
+    flipped[good.size() - 9] = char(flipped[good.size() - 9] ^ 0x10);
+    overwrite(file, flipped);
+    expectDamage(row(proxy).exr, "not a readable proxy");
+    fs::remove(file);
+    expectDamage(row(proxy).exr, "does not exist");
+  }
+  repairArchive(path_);
+  EXPECT_EQ(Archive(path_).rows().size(), 3u);
+}
+
+TEST_F(ArchiveCheckNewer, ExchangedKindsAndStepsAreFound) {
+  const std::string stack = contents(path_ / row(kind::kSliced).exr);
+  const std::string layers = contents(path_ / row(kind::kLayered).exr);
+  overwrite(path_ / row(kind::kSliced).exr, layers);
+  overwrite(path_ / row(kind::kLayered).exr, stack);
+  expectDamage(row(kind::kSliced).exr, "its kind is 'layered', the table says 'sliced'");
+  expectDamage(row(kind::kLayered).exr, "its kind is 'sliced', the table says 'layered'");
+}
+
+TEST_F(ArchiveCheckNewer, ValuesThatCannotBeAreFound) {
+  const auto set = [](const char* part, std::size_t channel, std::size_t pixel, float value) {
+    return [=](ProxyImage& image) {
+      for (ProxyPart& each : image.parts)
+        if (each.name == part) each.channels[channel].values[pixel] = value;
+    };
+  };
+  const auto without = [](const char* part) {
+    return [=](ProxyImage& image) {
+      std::erase_if(image.parts, [&](const ProxyPart& each) { return each.name == part; });
+    };
+  };
+  damaged(kind::kSliced, "whole number of levels", set("slab01", 0, 66, 2.0f));
+  damaged(kind::kSliced, "1 + a rank", set("faces", 1, 66, 200.0f));
+  damaged(kind::kSliced, "it has 3 parts, 3 slabs need 4", without("slab02"));
+  damaged(kind::kSliced, "it has 4 parts, 2 slabs need 3",
+          [](ProxyImage& image) { image.header.slabDepths.pop_back(); });
+  damaged(kind::kLayered, "an optical depth", set("tau", 0, 66, -1.0f));
+  damaged(kind::kLayered, "0, 1 or 2", set("state", 0, 66, 7.0f));
+  damaged(kind::kLayered, "deeper than the one before", set("boundaries", 1, 66, 0.0f));
+  damaged(kind::kLayered, "light >= 0", set("layer00", 1, 66, -1.0f));
+  damaged(kind::kLayered, "part 'boundaries' is missing", without("boundaries"));
+  damaged(kind::kField, "passes the end of its stream", set("zfp", 0, 2, 255.0f));
+  damaged(kind::kField, "should hold", [](ProxyImage& image) { image.header.grid->bytes *= 2; });
+  damaged(kind::kField, "has 1048576 samples, not 1 to 65536",
+          [](ProxyImage& image) { image.header.grid->axes[0].count = 1 << 20; });
+  EXPECT_TRUE(findings(false).empty());
+}
+
 TEST_F(ArchiveCheck, OpenExrsOwnProgramsReadTheFiles) {
   if (!installed("exrheader") || !installed("exrinfo"))
     GTEST_SKIP() << "the programs of the openexr package are not installed";

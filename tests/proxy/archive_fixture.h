@@ -13,7 +13,10 @@
 
 #include "proxy/archive.h"
 #include "proxy/error.h"
+#include "proxy/field_layout.h"
+#include "proxy/layered_layout.h"
 #include "proxy/proxy_layout.h"
+#include "proxy/sliced_stack.h"
 
 namespace vestige::test {
 
@@ -163,6 +166,72 @@ inline void writeStep(ArchiveWriter& writer, long cycle, double time,
   std::vector<EncodedProxy> proxies;
   for (const ProxyImage& image : images) proxies.push_back(encodeProxy(image, &preview));
   writer.writeStep(proxies);
+}
+
+// --- the kinds that are no plain planes ----------------------------------------------------------
+
+/// Three slabs, each ray in one interval.
+inline SlicedStack someStack(ProxyHeader h) {
+  const DepthRange range = depthRange(h.camera, h.domain);
+  for (int s = 0; s <= 3; ++s)
+    h.slabDepths.push_back(range.low + (range.high - range.low) * s / 3.0);
+  SlicedStack stack;
+  stack.levels = 32;
+  const SlabChords chords(h);
+  const std::size_t pixels = h.size.pixels();
+  stack.faces.assign(4, std::vector<std::uint8_t>(pixels, SlicedStack::kOutside));
+  for (int s = 0; s < 3; ++s) {
+    StackSlab& slab = stack.slabs.emplace_back();
+    for (std::size_t i = 0; i < pixels; ++i) {
+      StackCell& cell = slab.cells.emplace_back();
+      cell.begin = std::uint32_t(slab.levels.size());
+      if (!(chords.chord(s, i) > chords.least())) continue;
+      cell.lowest = std::uint8_t(1 + i % 3);
+      cell.count = 1;
+      slab.levels.push_back(32);
+      stack.faces[std::size_t(s)][i] = stack.faces[std::size_t(s) + 1][i] = cell.lowest;
+    }
+  }
+  stack.header = std::move(h);
+  return stack;
+}
+
+/// Two layers in every other pixel.
+inline ProxyImage someLayers(ProxyHeader h) {
+  const std::size_t pixels = h.size.pixels();
+  LayeredPlanes planes{2, std::vector<float>(3 * pixels), std::vector<float>(6 * pixels),
+                       std::vector<float>(2 * pixels), std::vector<LayeredState>(pixels)};
+  const DepthRange range = depthRange(h.camera, h.domain);
+  for (std::size_t p = 0; p < pixels; p += 2) {
+    planes.state[p] = LayeredState::Whole;
+    for (std::size_t b = 0; b < 3; ++b)
+      planes.boundary[b * pixels + p] =
+          float(range.low + (range.high - range.low) * (0.2 + 0.3 * double(b)));
+    for (std::size_t l = 0; l < 2; ++l) planes.tau[l * pixels + p] = 0.5f + float(l);
+    for (std::size_t c = 0; c < 6; ++c) planes.color[c * pixels + p] = 0.1f * float(c + 1);
+  }
+  h.shading = "unlit";
+  return layeredImage(std::move(h), planes);
+}
+
+inline ProxyImage someField(ProxyHeader h) {
+  FieldSamples field;
+  field.low = h.statistics.low;
+  field.high = h.statistics.high;
+  const std::array<int, 3> size{9, 8, 7};
+  for (std::size_t a = 0; a < 3; ++a) field.axes[a] = {size[a], 0.0, 0.25, {}};
+  for (int i = 0; i < 9 * 8 * 7; ++i)
+    field.values.push_back(0.5f + 0.5f * std::sin(0.1f * float(i)));
+  return fieldImage(std::move(h), std::move(field), {1, 1e-3});
+}
+
+/// Writes a step of the three.
+inline void writeNewerStep(ArchiveWriter& writer, long cycle) {
+  ProxyHeader h = someHeader({12, 10});
+  h.cycle = cycle;
+  const Raster preview = someRaster(h.size);
+  writer.writeStep({encodeProxy(someStack(h), &preview), encodeProxy(someLayers(h), &preview),
+                    encodeProxy(someField(h))});
 }
 
 }  // namespace vestige::test

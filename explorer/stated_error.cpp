@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/stated_error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "proxy/proxy_layout.h"
+#include "proxy/sliced_stack.h"
+
+namespace vestige {
+namespace {
+
+constexpr StatedError kAnything{false, 1.0, 1.0};
+
+double shareOf(double part, double whole) {
+  if (!(whole > 0.0)) return part > 0.0 ? 1.0 : 0.0;
+  return std::clamp(part / whole, 0.0, 1.0);
+}
+
+/// The widest interval that a value of the step may lie in; below and above the bounds count too.
+double intervalShare(const ProxyHeader& header) {
+  if (!header.partition) return 1.0;
+  const double low = header.statistics.low, high = header.statistics.high;
+  const auto bounds = header.partition->bounds();
+  double widest = std::max({0.0, bounds.front() - low, high - bounds.back()});
+  for (std::size_t k = 0; k + 1 < bounds.size(); ++k) {
+    if (bounds[k + 1] < low || bounds[k] > high) continue;
+    widest = std::max(widest, std::min(high, bounds[k + 1]) - std::max(low, bounds[k]));
+  }
+  return shareOf(widest, high - low);
+}
+
+StatedError ofField(const ProxyHeader& header) {
+  if (!header.grid) return kAnything;
+  const FieldGrid& grid = *header.grid;
+  double place = 0.0;
+  for (const FieldAxis& axis : grid.axes) {
+    double widest = 0.0;
+    for (int i = 1; i < axis.count; ++i) widest = std::max(widest, axis.at(i) - axis.at(i - 1));
+    place = std::max(place, shareOf(0.5 * widest, axis.at(axis.count - 1) - axis.at(0)));
+  }
+  const double value = shareOf(grid.tolerance, grid.high - grid.low);
+  return {grid.reduction == 1, grid.reduction == 1 ? value : 1.0, place};
+}
+
+StatedError ofStack(const ProxyHeader& header) {
+  double thickest = 0.0;
+  for (std::size_t s = 0; s + 1 < header.slabDepths.size(); ++s) {
+    thickest = std::max(thickest, header.slabDepths[s + 1] - header.slabDepths[s]);
+  }
+  const DepthRange range = depthRange(header.camera, header.domain);
+  return {true, intervalShare(header),
+          shareOf(thickest / SlicedStack::kTurns, range.high - range.low)};
+}
+
+}  // namespace
+
+std::string StatedError::text() const {
+  if (!bounded) return "nothing bounds what is missing";
+  if (sum() == 0.0) return "exact";
+  return fmt::format("values within {:.3g} % of the range, {}", 100.0 * value,
+                     place < 1.0 ? fmt::format("places within {:.3g} % of the depth", 100.0 * place)
+                                 : "their order along a ray is not stored");
+}
+
+StatedError statedError(const ProxyHeader& header, const Asked& asked) {
+  if (header.kind == kind::kField) return ofField(header);
+  if (header.kind == kind::kSliced) return ofStack(header);
+  if (header.kind == kind::kLength) {
+    return {!asked.turned, asked.turned ? 1.0 : intervalShare(header), 1.0};
+  }
+  const bool picture = header.kind == kind::kLayered || header.kind == kind::kReference;
+  if (picture && !asked.turned && !asked.edited) return {};
+  return kAnything;
+}
+
+}  // namespace vestige

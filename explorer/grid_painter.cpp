@@ -21,6 +21,9 @@ VolumeMode modeOf(Draw draw) {
   }
 }
 
+/// Between rays through every other pixel, where cells are several pixels wide.
+constexpr double kTolerance = 1.0 / 256.0;
+
 /// The look's, or opaque ones where the function's opacity peaks.
 std::vector<Isosurface> surfacesOf(const Look& look, const TransferFunction& function) {
   std::vector<Isosurface> surfaces;
@@ -75,6 +78,7 @@ void GridPainter::prepareScalar(LookGrid& grid, const Look& look, const Transfer
     table_.emplace(colors ? OpticsTable::Optics(flat) : opticsOf(function, partition), low, high);
     VolumePass::findBricks(grid, *table_);
     tableKey_ = key;
+    step_.reset();
     occlusion_.reset();
   }
   setup.table = &*table_;
@@ -101,6 +105,12 @@ VolumeView GridPainter::draw(LookGrid& grid, const Look& look, const TransferFun
   setup.sliceThickness = function.referenceLength();
   if (scalar) prepareScalar(grid, look, function, partition, setup);
   const LightSetup light = lightSetup(look, camera, camera, domain.diagonal());
+  if (scalar && setup.mode == VolumeMode::Compositing) {
+    if (!step_) step_ = pass_.longestStep(grid, *setup.table, domain);
+    // Light falls on the middle of a step: a long one would miss folds of what it passes.
+    setup.step = light.shade ? std::min(*step_, 1.0) : *step_;
+    setup.tolerance = kTolerance;
+  }
   setup.light = &light;
   if (light.shade && look.draw == Draw::Volume && !grid.normals) pass_.findNormals(grid);
   if (look.ao.on && (look.draw == Draw::Volume || (look.draw == Draw::Isosurface && !scalar))) {

@@ -37,6 +37,7 @@ class GridPainter {
   VolumePass pass_;
   std::string tableKey_, occlusionKey_;
   std::optional<OpticsTable> table_;
+  std::optional<double> step_;  ///< of the table
   std::optional<OcclusionGrid> occlusion_;
 };
 

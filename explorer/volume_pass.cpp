@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
+#include "between_frag.embed.h"
 #include "brick_frag.embed.h"
 #include "fullscreen_vert.embed.h"
 #include "normal_frag.embed.h"
@@ -175,26 +176,24 @@ VolumeView VolumePass::render(const LookGrid& grid, const VolumeSetup& setup) {
   const std::array<gpu::Attachment, 2> attachments{{{&color}, {&info}}};
   // Cells that are several pixels wide need not be cast at every pixel.
   const bool probes = setup.tolerance > 0.0 && pixelsPerCell(grid, setup) >= kProbePixels;
-  std::optional<gl::Texture> probeColor, probeInfo;
+  const auto cast = [&](std::span<const gpu::Attachment> to, ImageSize rays, double pixelStep,
+                        const Probes* known) {
+    gpu::bindTarget(framebuffer_, to, rays);
+    const gl::Program& program = bind(grid, setup, known);
+    gl.Uniform1f(program.uniform("pixelStep"), float(pixelStep));
+    gpu::drawFullscreen(empty_);
+  };
   if (probes) {
     const ImageSize half{size.width / 2 + 1, size.height / 2 + 1};
-    probeColor = target(half);
-    probeInfo = target(half);
-    const std::array<gpu::Attachment, 2> both{{{&*probeColor}, {&*probeInfo}}};
-    gpu::bindTarget(framebuffer_, both, half);
-    const gl::Program& cast = bind(grid, setup, false);
-    gl.Uniform1f(cast.uniform("pixelStep"), 2.0f);
-    gpu::drawFullscreen(empty_);
+    const Probes known{target(half), target(half), gpu::textureArray(GL_RGBA32F, half, 3),
+                       target(half)};
+    const std::array<gpu::Attachment, 2> both{{{&known.color}, {&known.info}}};
+    cast(both, half, 2.0, nullptr);
+    findBetween(known, half, setup.tolerance);
+    cast(attachments, size, 1.0, &known);
+  } else {
+    cast(attachments, size, 1.0, nullptr);
   }
-  gpu::bindTarget(framebuffer_, attachments, size);
-  const gl::Program& cast = bind(grid, setup, probes);
-  gl.Uniform1f(cast.uniform("pixelStep"), 1.0f);
-  if (probes) {
-    gpu::bindSampler(cast, "probes", 6, *probeColor);
-    gpu::bindSampler(cast, "probeInfo", 7, *probeInfo);
-    gl.Uniform1f(cast.uniform("tolerance"), float(setup.tolerance));
-  }
-  gpu::drawFullscreen(empty_);
   VolumeView view;
   view.picture = {size, gpu::readFloats(size, 0)};
   const std::vector<float> extra = gpu::readFloats(size, 1);
@@ -211,7 +210,53 @@ VolumeView VolumePass::render(const LookGrid& grid, const VolumeSetup& setup) {
   return view;
 }
 
-const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& setup, bool probed) {
+double VolumePass::longestStep(const LookGrid& grid, const OpticsTable& table, const Box& box) {
+  constexpr double kVisible = 1.0 / 512.0;  // root of the mean square, linear light
+  VolumeSetup setup;
+  setup.size = {64, 64};
+  setup.camera = frameBox(box, {3.0, 5.0, -2.0}, {0.0, 0.0, 1.0}, 1.0);
+  setup.table = &table;
+  setup.clip = box;
+  setup.step = 0.5;
+  const Picture wanted = render(grid, setup).picture;
+  double longest = setup.step;
+  for (const double step : {1.0, 2.0, 3.0, 4.0}) {
+    setup.step = step;
+    const Picture made = render(grid, setup).picture;
+    double squares = 0.0;
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < wanted.rgba.size(); i += 4) {
+      if (wanted.rgba[i + 3] == 0.0f && made.rgba[i + 3] == 0.0f) continue;
+      ++seen;
+      for (std::size_t c = i; c < i + 4; ++c) {
+        const double difference = double(made.rgba[c]) - double(wanted.rgba[c]);
+        squares += 0.25 * difference * difference;
+      }
+    }
+    if (squares > kVisible * kVisible * double(seen)) break;
+    longest = step;
+  }
+  return longest;
+}
+
+void VolumePass::findBetween(const Probes& probes, ImageSize size, double tolerance) {
+  const gl::Functions& gl = gl::functions();
+  const std::array<gpu::Attachment, 4> targets{
+      {{&probes.between, 0}, {&probes.between, 1}, {&probes.between, 2}, {&probes.betweenInfo}}};
+  gpu::bindTarget(framebuffer_, targets, size);
+  const gl::Program& find = program("between", embedded::between_frag, {});
+  find.use();
+  gpu::bindSampler(find, "probes", 0, probes.color);
+  gpu::bindSampler(find, "probeInfo", 1, probes.info);
+  gl.Uniform1f(find.uniform("tolerance"), float(tolerance));
+  gpu::drawFullscreen(empty_);
+  for (const GLenum unused : {GL_COLOR_ATTACHMENT2, GL_COLOR_ATTACHMENT3}) {
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, unused, GL_TEXTURE_2D, 0, 0);
+  }
+}
+
+const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& setup,
+                                    const Probes* probes) {
   const gl::Functions& gl = gl::functions();
   const bool scalar = grid.content == GridContent::Scalar;
   const bool marches = setup.mode != VolumeMode::Slice;
@@ -230,7 +275,7 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
   define(opens, "OPEN");
   define(grid.guess.has_value(), "GUESS");
   define(skips, "SKIP");
-  define(probed, "PROBED");
+  define(probes, "PROBED");
   const gl::Program& cast = program("volume", embedded::volume_frag, defines);
   cast.use();
 
@@ -288,6 +333,12 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
                  setup.light ? float(setup.light->ao.strength) : 1.0f);
   }
   if (grid.guess) gpu::bindSampler(cast, "guess", 4, *grid.guess);
+  if (probes) {
+    gpu::bindSampler(cast, "probes", 6, probes->color);
+    gpu::bindSampler(cast, "probeInfo", 7, probes->info);
+    gpu::bindSampler(cast, "between", 8, probes->between);
+    gpu::bindSampler(cast, "betweenInfo", 9, probes->betweenInfo);
+  }
   if (shades) {
     setLight(cast, *setup.light);
     const glm::dmat3 eyeFromWorld(setup.camera.eyeFromWorld());

@@ -62,7 +62,8 @@ uniform sampler3D guess;
 #endif
 #ifdef PROBED
 uniform sampler2D probes, probeInfo;  // of every other pixel, from pixel (0, 0)
-uniform float tolerance;
+uniform highp sampler2DArray between; // between.frag: right, below, across
+uniform sampler2D betweenInfo;
 #endif
 
 layout(location = 0) out vec4 color;
@@ -77,24 +78,26 @@ vec4 texelAt(vec3 cell) { return texture(values, cell * texelFromCell); }
 float valueAt(vec3 cell) { return texelAt(cell).r; }
 bool known(float value) { return value > kNoValueEdge; }
 
+float entryOf(float value) {
+  return clamp(value * entryFromTexel.x + entryFromTexel.y, 0.0, float(textureSize(table, 0).x - 1));
+}
+
+vec4 meanAt(float value) { return texelFetch(table, ivec2(int(entryOf(value)), 1), 0); }
+
 struct Entry {
   float x;
-  vec4 integral, mean;
+  vec4 integral;
 };
 
-Entry entryAt(float value) {
-  ivec2 count = textureSize(table, 0);
-  float x = clamp(value * entryFromTexel.x + entryFromTexel.y, 0.0, float(count.x));
-  int cell = min(int(x), count.x - 1);
-  vec4 mean = texelFetch(table, ivec2(cell, 1), 0);
-  return Entry(x, texelFetch(table, ivec2(cell, 0), 0) + (x - float(cell)) * mean, mean);
+// The entry at a value: an even or an odd one by turns along a ray, so that two in turn differ and
+// the mean between them takes no more than their integrals.
+Entry entryAt(float value, float odd) {
+  float x = 2.0 * floor(0.5 * entryOf(value)) + odd;
+  return Entry(x, texelFetch(table, ivec2(int(x), 0), 0));
 }
 
 // Mean optics of a stretch along which the value is linear.
-vec4 meanBetween(Entry a, Entry b) {
-  float rise = b.x - a.x;
-  return abs(rise) > 1.0 ? max((b.integral - a.integral) / rise, 0.0) : 0.5 * (a.mean + b.mean);
-}
+vec4 meanBetween(Entry a, Entry b) { return (b.integral - a.integral) / (b.x - a.x); }
 #endif
 
 // Where the ray is between two faces of a box, cut from `span`.
@@ -160,40 +163,15 @@ vec3 lit(vec3 emission, float alpha, vec3 cell, vec3 toViewer) {
 }
 
 #ifdef PROBED
-vec4 probe(ivec2 at) { return texelFetch(probes, clamp(at, ivec2(0), textureSize(probes, 0) - 1), 0); }
-
-float greatest4(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
-
-// The picture between probes by cubics through four, if they run straight enough: half of the bend
-// is less than the tolerance in both directions, everywhere around the square of the pixel.
+// What between.frag says of this pixel, if it is to be believed; a probe is the pixel itself.
 bool fromProbes() {
   ivec2 pixel = ivec2(gl_FragCoord.xy), at = pixel / 2, odd = pixel & 1;
-  vec4 rows[4];
-  float bend = 0.0;
-  for (int y = 0; y < 4; ++y) {
-    vec4 a = probe(at + ivec2(-1, y - 1)), b = probe(at + ivec2(0, y - 1));
-    vec4 c = probe(at + ivec2(1, y - 1)), d = probe(at + ivec2(2, y - 1));
-    vec4 middle = 0.5625 * (b + c) - 0.0625 * (a + d);
-    bend = max(bend, greatest4(max(abs(a - 2.0 * b + c), abs(b - 2.0 * c + d))));
-    rows[y] = odd.x == 1 ? middle : b;
-    for (int x = 0; y < 2 && x < 2; ++x) {
-      ivec2 column = at + ivec2(x, 0);
-      bend = max(bend, greatest4(abs(probe(column + ivec2(0, y - 1)) - 2.0 * probe(column + ivec2(0, y)) +
-                                     probe(column + ivec2(0, y + 1)))));
-    }
-  }
-  // The midpoint of a cubic is off by a small share of the bend.
-  if (bend > tolerance) return false;
-  ivec2 last = textureSize(probeInfo, 0) - 1;
-  vec4 i00 = texelFetch(probeInfo, at, 0), i11 = texelFetch(probeInfo, min(at + odd, last), 0);
-  vec4 i01 = texelFetch(probeInfo, min(at + ivec2(odd.x, 0), last), 0);
-  vec4 i10 = texelFetch(probeInfo, min(at + ivec2(0, odd.y), last), 0);
-  bool some = greatest4(vec4(i00.r, i01.r, i10.r, i11.r)) > 1e29;
-  bool none = min(min(i00.r, i01.r), min(i10.r, i11.r)) > 1e29;
-  if (some && !none) return false;
-  vec4 value = odd.y == 1 ? 0.5625 * (rows[1] + rows[2]) - 0.0625 * (rows[0] + rows[3]) : rows[1];
-  color = clamp(value, 0.0, 1.0);
-  info = 0.25 * (i00 + i01 + i10 + i11);
+  bool own = odd == ivec2(0);
+  vec4 known = texelFetch(betweenInfo, at, 0);
+  if (!own && known.b < 0.5) return false;
+  color = own ? texelFetch(probes, at, 0)
+              : texelFetch(between, ivec3(at, odd.x + 2 * odd.y - 1), 0);
+  info = own ? texelFetch(probeInfo, at, 0) : known;
   return true;
 }
 #endif
@@ -240,7 +218,7 @@ void main() {
 #ifdef SCALAR
   float value = valueAt(cell);
   if (!known(value)) return;
-  vec4 optics = entryAt(value).mean;
+  vec4 optics = meanAt(value);
   float opacity = 1.0;
   vec3 own = optics.rgb;  // a slice's table holds colours of opacity 1
 #else
@@ -257,7 +235,7 @@ void main() {
   bool have = false;
   float value0 = 0.0;
 #if !defined(ISOSURFACE) && !defined(MAXIMUM)
-  Entry entry0 = Entry(0.0, vec4(0.0), vec4(0.0));
+  Entry entry0 = Entry(0.0, vec4(0.0));
 #endif
 #endif
 #ifdef MAXIMUM
@@ -291,6 +269,7 @@ void main() {
     for (int run = 0; run < kRun; ++run) {
       z0 = max(k * stepDepth, zFirst);
       float z1 = min((k + 1.0) * stepDepth, span.y);
+      float odd = k - 2.0 * floor(0.5 * k);
       k += 1.0;
       if (z0 >= z1) break;
       float zMiddle = 0.5 * (z0 + z1), ds = (z1 - z0) * rate;
@@ -298,7 +277,7 @@ void main() {
       if (!have) {
         value0 = valueAt(from + z0 * way);
 #if !defined(ISOSURFACE) && !defined(MAXIMUM)
-        entry0 = entryAt(value0);
+        entry0 = entryAt(value0, odd);
 #endif
         have = true;
       }
@@ -326,7 +305,7 @@ void main() {
         ADD(lit(own.rgb * own.a, own.a, cell, toViewer), own.a, z, cell)
       }
 #else
-      Entry entry1 = entryAt(value1);
+      Entry entry1 = entryAt(value1, 1.0 - odd);
       vec4 optics = both ? meanBetween(entry0, entry1) : vec4(0.0);
       entry0 = entry1;
 #endif
@@ -346,7 +325,7 @@ void main() {
   }
 #ifdef MAXIMUM
   if (greatest > kNoValueEdge) {
-    color = vec4(entryAt(greatest).mean.rgb, 1.0);
+    color = vec4(meanAt(greatest).rgb, 1.0);
     info.r = greatestAt + depthOrigin;
   }
   return;

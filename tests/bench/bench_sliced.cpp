@@ -285,6 +285,7 @@ class Turned {
       setup.size = kNovelSize;
       setup.table = &table;
       setup.clip = scene_.domain();
+      setup.step = pass_->longestStep(*grid_, table, scene_.domain());
       picture = pass_->render(*grid_, setup).picture;
     });
     return picture;

@@ -227,9 +227,9 @@ void serve(const Scene& scene, const fs::path& folder) {
     renderer =
         std::make_unique<Renderer>(device, std::make_shared<const Archive>(folder / "1024.cdb"));
   };
-  std::unique_ptr<Renderer> turned;  ///< of turnedTier at turnedPixels squared
-  std::string turnedTier;
-  int turnedPixels = 0;
+  std::unique_ptr<Renderer> novel;  ///< of novelTier at novelPixels squared
+  std::string novelTier;
+  int novelPixels = 0;
   std::map<std::string, std::unique_ptr<Run>> tiers;
   int edits = 0;
   bool inRuns = false;  ///< what the renderer was last asked for
@@ -271,17 +271,17 @@ void serve(const Scene& scene, const fs::path& folder) {
       Look look = how == "changed" ? editedLook(++edits, scene, false) : Look();
       look.source = tier.source;
       look.rotate.azimuth = kTurnDegrees + 0.01 * ++edits;
-      if (!turned || turnedTier != name || turnedPixels != pixels) {
+      if (!novel || novelTier != name || novelPixels != pixels) {
         const fs::path archive = folder / "turned.cdb";
-        turned.reset();
+        novel.reset();
         Run(scene, pixels, archive, tier).execute();
         if (!device) device = gl::Device::create("auto");
-        turned = std::make_unique<Renderer>(device, std::make_shared<const Archive>(archive));
-        turnedTier = name;
-        turnedPixels = pixels;
+        novel = std::make_unique<Renderer>(device, std::make_shared<const Archive>(archive));
+        novelTier = name;
+        novelPixels = pixels;
       }
       look.size = ImageSize{pixels, pixels};
-      fmt::print("{}\n", secondsOf([&] { turned->render(look); }));
+      fmt::print("{}\n", secondsOf([&] { novel->render(look); }));
     } else if (command.starts_with("step ") || command.starts_with("grown ")) {
       const bool memory = command.starts_with("grown ");
       const std::string name = command.substr(command.find(' ') + 1);

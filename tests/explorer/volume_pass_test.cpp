@@ -166,6 +166,33 @@ TEST(VolumePass, ALinearFieldOfValuesIsIntegratedExactlyByItsTable) {
   });
 }
 
+TEST(VolumePass, SmoothFunctionsAreCastInLongStepsAndHardEdgesInShortOnes) {
+  device().run([] {
+    VolumePass pass;
+    LookGrid grid = scalarGrid({40, 40, 40}, over(kBox), [](glm::dvec3 at) {
+      return 0.5 + 0.2 * std::sin(5.0 * at.x + at.z) + 0.3 * std::cos(4.0 * at.y - 2.0 * at.z);
+    });
+    const auto stepFor = [&](const OpticsTable::Optics& optics) {
+      const OpticsTable table(optics, 0.0, 1.0);
+      VolumePass::findBricks(grid, table);
+      const double step = pass.longestStep(grid, table, kBox);
+      VolumeSetup setup;
+      setup.camera = cameraOf(kBox, {0.4, 1.0, -0.3}, Projection::Orthographic);
+      setup.table = &table;
+      const VolumeView fine = draw(pass, grid, setup);
+      setup.step = step;
+      EXPECT_LT(difference(fine.picture, draw(pass, grid, setup).picture), 0.05);
+      return step;
+    };
+    EXPECT_GE(stepFor([](double v) { return glm::dvec4(2.0 * v * v, v, 0.5 * v, 2.0 * v); }), 2.0);
+    EXPECT_LE(stepFor([](double v) {
+                const double s = v > 0.49 && v < 0.51 ? 500.0 : 0.0;
+                return glm::dvec4(s, s, s, s);
+              }),
+              1.0);
+  });
+}
+
 TEST(VolumePass, CameraAndMediumTurnTogether) {
   device().run([] {
     VolumePass pass;

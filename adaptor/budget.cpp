@@ -107,7 +107,7 @@ double Budget::costAt(int rung) const {
 }
 
 bool Budget::hasTime() const {
-  if (!config_.timeShare) return true;
+  if (!config_.timeShare || due_ == 0) return true;
   const double cost = costAt(rung_);
   return spent_ + cost <= *config_.timeShare * (clock_() + cost);
 }

@@ -61,7 +61,7 @@ class Budget {
   /// "rung 2 of 7 (one stack of 20 slabs, 32 levels)"
   std::string place(int rung) const;
 
-  /// Whether the time share has room for a step.
+  /// Whether the time share has room for a step; it always has for the first one.
   bool hasTime() const;
   /// A step that was due is not stored for want of time; counted once a cycle.
   void passOver(std::int64_t cycle);

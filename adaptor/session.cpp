@@ -27,6 +27,7 @@ Session::Session(const Config& config, const std::string& configText,
       budget_(
           config.budget, config.fixed.cadence,
           clock ? std::move(clock) : [watch = Stopwatch()] { return watch.seconds(); }) {
+  budget_.begin();
   // The archive last: overwriting takes the old one away, so nothing may fail after that.
   device_ = gl::Device::create(config_.glBackend, config_.threads);
   marcher_ = std::make_unique<StepMarcher>(config_, device_);
@@ -40,6 +41,7 @@ Session::Session(const Config& config, const std::string& configText,
   log_.info(fmt::format("vestige {} writes {} with {} ({})", kVersion,
                         config_.dryRun ? "nothing (dry run)" : "'" + config_.output + "'",
                         info.renderer, info.backend));
+  budget_.end();
 }
 
 Session::~Session() {
@@ -148,8 +150,10 @@ void Session::execute(std::int64_t cycle, double time) {
 
   const StepFrame frame{cycle, time, &blocks_, resolveViews(config_, blocks_.domain()), {}};
   // One step tells a dry run what the others would cost.
-  if ((!config_.dryRun || storedSteps_ == 0) && !store(frame, fields, times)) return;
+  const bool kept = (config_.dryRun && storedSteps_ > 0) || store(frame, fields, times);
+  // For triggers a step that is too large counts as well: the next cycle would be no smaller.
   trigger_.stored(cycle, time, statistics);
+  if (!kept) return;
   lastCycle_ = cycle;
   ++storedSteps_;
 }

@@ -150,7 +150,8 @@ VESTIGE_API int vestige_open(const vestige_options* options, vestige_session** s
  * the domain is the bounding box of the blocks. Holds until called again. */
 VESTIGE_API int vestige_domain(vestige_session* session, const double low[3], const double high[3]);
 
-/* 1 if the step may be stored, 0 if not. Costs nanoseconds; ask before preparing anything. */
+/* 1 if the step may be stored, 0 if not: no trigger fires, or [budget] time_share has no room. Costs
+ * nanoseconds; ask before preparing anything. */
 VESTIGE_API int vestige_wants(vestige_session* session, int64_t cycle, double time);
 
 /* 1 if the configuration stores something made of the field that is published by this name (and for

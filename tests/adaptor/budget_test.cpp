@@ -224,6 +224,20 @@ TEST(Budget, CadenceThatIsAskedForGivesWayToCheaperRungsInTheEnd) {
   EXPECT_EQ(run.budget.rung(), 0);
 }
 
+TEST(Budget, WhatOpeningTakesCountsAndTheFirstStepIsStoredAllTheSame) {
+  Solver run({std::nullopt, 0.5});
+  run.budget.begin();
+  run.now += 10.0;
+  run.budget.end();
+  EXPECT_TRUE(run.budget.hasTime());
+  run.step([](int) { return 1.0; }, 2.0);
+  EXPECT_FALSE(run.budget.hasTime());
+  run.now = 25.9;
+  EXPECT_FALSE(run.budget.hasTime()) << "12 s and 2 more of 27.9 are more than half";
+  run.now = 26.1;
+  EXPECT_TRUE(run.budget.hasTime());
+}
+
 TEST(Budget, StepsPassedOverAreCountedOnceACycleAndSaidOnceAStretch) {
   Solver run({std::nullopt, 0.01});
   run.step([](int) { return 1.0; }, 1.0);

@@ -52,9 +52,20 @@ glm::dvec3 upright(glm::dvec3 forward, glm::dvec3 up) {
 /// World height of the picture at depth Z; negative behind a perspective camera, so that the
 /// projection stays invertible there.
 double heightAt(const Camera& camera, double depth) {
-  return camera.projection == Projection::Orthographic
-             ? camera.viewHeight
-             : 2.0 * depth * std::tan(0.5 * camera.fieldOfView);
+  return camera.projection == Projection::Perspective
+             ? 2.0 * depth * std::tan(0.5 * camera.fieldOfView)
+             : camera.viewHeight;
+}
+
+void requireMatrix(const Camera& camera) {
+  if (camera.projection == Projection::MultiPerspective)
+    refuse("a multi-perspective camera has no projection matrix");
+}
+
+/// `v` made longer by `by`, or shorter; along x where it has no direction.
+glm::dvec2 lengthened(glm::dvec2 v, double by) {
+  const double length = std::hypot(v.x, v.y);
+  return length > 0.0 ? v * (1.0 + by / length) : glm::dvec2(by, 0.0);
 }
 
 /// Pixel to (x right, y up) in units of the picture's height, zero in the middle.
@@ -100,6 +111,7 @@ glm::dmat4 Camera::worldFromEye() const {
 }
 
 glm::dmat4 Camera::clipFromEye(double aspect) const {
+  requireMatrix(*this);
   const double range = farDepth - nearDepth;
   glm::dmat4 m(0.0);
   if (projection == Projection::Orthographic) {
@@ -120,6 +132,7 @@ glm::dmat4 Camera::clipFromEye(double aspect) const {
 }
 
 glm::dmat4 Camera::eyeFromClip(double aspect) const {
+  requireMatrix(*this);
   const double range = farDepth - nearDepth;
   glm::dmat4 m(0.0);
   if (projection == Projection::Orthographic) {
@@ -148,6 +161,15 @@ Ray Camera::rayThrough(glm::dvec2 pixel, ImageSize size) const {
   const glm::dvec2 offset = offsetFromCenter(*this, pixel, size);
   if (projection == Projection::Orthographic)
     return {position + viewHeight * (offset.x * right() + offset.y * up), forward, 1.0};
+  if (projection == Projection::MultiPerspective) {
+    const glm::dvec2 start = viewHeight * offset;
+    const double radius = std::hypot(start.x, start.y);
+    const glm::dvec2 inward = radius > 0.0 ? -start / (radius * convergence) : glm::dvec2(0.0);
+    const glm::dvec3 along = forward + inward.x * right() + inward.y * up;
+    const double length = glm::length(along);
+    return {position + start.x * right() + start.y * up, along / length, 1.0 / length,
+            convergence * radius};
+  }
   const double height = heightAt(*this, 1.0);
   const glm::dvec3 along = forward + height * (offset.x * right() + offset.y * up);
   const double length = glm::length(along);
@@ -158,14 +180,17 @@ glm::dvec3 Camera::project(glm::dvec3 world, ImageSize size) const {
   const glm::dvec3 d = world - position;
   const double depth = glm::dot(d, forward);
   const double pixelsPerLength = size.height / heightAt(*this, depth);
-  return {0.5 * size.width + glm::dot(d, right()) * pixelsPerLength / pixelAspect,
-          0.5 * size.height - glm::dot(d, up) * pixelsPerLength, depth};
+  glm::dvec2 across(glm::dot(d, right()), glm::dot(d, up));
+  if (projection == Projection::MultiPerspective) across = lengthened(across, depth / convergence);
+  return {0.5 * size.width + across.x * pixelsPerLength / pixelAspect,
+          0.5 * size.height - across.y * pixelsPerLength, depth};
 }
 
 glm::dvec3 Camera::unproject(glm::dvec3 pixelAndDepth, ImageSize size) const {
   const double depth = pixelAndDepth.z;
-  const glm::dvec2 offset =
+  glm::dvec2 offset =
       heightAt(*this, depth) * offsetFromCenter(*this, {pixelAndDepth.x, pixelAndDepth.y}, size);
+  if (projection == Projection::MultiPerspective) offset = lengthened(offset, -depth / convergence);
   return position + depth * forward + offset.x * right() + offset.y * up;
 }
 
@@ -200,6 +225,9 @@ void Camera::validate() const {
     refuse(fmt::format("camera pixelAspect {} is not positive and finite", pixelAspect));
   if (!(fieldOfView > 0.0 && fieldOfView < std::numbers::pi))
     refuse(fmt::format("camera fieldOfView {} is not between 0 and pi", fieldOfView));
+  if (!(convergence >= kLeastConvergence && convergence <= kMostConvergence))
+    refuse(fmt::format("camera convergence {} is not in {} .. {}", convergence, kLeastConvergence,
+                       kMostConvergence));
   if (!std::isfinite(nearDepth))
     refuse(fmt::format("camera nearDepth {} is not finite", nearDepth));
   if (projection == Projection::Perspective && nearDepth <= 0.0)
@@ -208,9 +236,12 @@ void Camera::validate() const {
     refuse(fmt::format("camera farDepth {} is not beyond nearDepth {}", farDepth, nearDepth));
 }
 
-Camera frameBox(const Box& box, glm::dvec3 forward, glm::dvec3 up, double aspect,
-                Projection projection, double fieldOfView) {
-  constexpr double kSpare = 1.02;
+namespace {
+
+constexpr double kSpare = 1.02;
+
+/// Throws unless a camera can be put up before a box.
+void requireFrame(const Box& box, glm::dvec3 forward, glm::dvec3 up, double aspect) {
   const glm::dvec3 size = box.size();
   if (!finite(size) || std::min({size.x, size.y, size.z}) < 0.0)
     refuse("box " + text(box.low) + " .. " + text(box.high) + " is not finite and ordered");
@@ -219,6 +250,15 @@ Camera frameBox(const Box& box, glm::dvec3 forward, glm::dvec3 up, double aspect
   if (!finite(up)) refuse("view up " + text(up) + " is not finite");
   if (!std::isfinite(aspect) || aspect <= 0.0)
     refuse(fmt::format("picture aspect {} is not positive and finite", aspect));
+}
+
+}  // namespace
+
+Camera frameBox(const Box& box, glm::dvec3 forward, glm::dvec3 up, double aspect,
+                Projection projection, double fieldOfView) {
+  requireFrame(box, forward, up, aspect);
+  if (projection == Projection::MultiPerspective)
+    return frameBoxDistorted(box, forward, up, aspect);
   if (!(fieldOfView > 0.0 && fieldOfView < std::numbers::pi))
     refuse(fmt::format("field of view {} is not between 0 and pi", fieldOfView));
 
@@ -229,7 +269,7 @@ Camera frameBox(const Box& box, glm::dvec3 forward, glm::dvec3 up, double aspect
   camera.up = upright(camera.forward, up);
 
   // Half extents along the camera's axes: a box is symmetric about its centre.
-  const glm::dvec3 half = 0.5 * size;
+  const glm::dvec3 half = 0.5 * box.size();
   const double across = glm::dot(glm::abs(camera.right()), half);
   const double high = glm::dot(glm::abs(camera.up), half);
   const double deep = glm::dot(glm::abs(camera.forward), half);
@@ -251,6 +291,41 @@ Camera frameBox(const Box& box, glm::dvec3 forward, glm::dvec3 up, double aspect
   camera.farDepth = distance + deep + 0.01 * scale;
   camera.validate();
   return camera;
+}
+
+Camera frameBoxDistorted(const Box& box, glm::dvec3 forward, glm::dvec3 up, double aspect,
+                         double convergence) {
+  requireFrame(box, forward, up, aspect);
+  Camera camera;
+  camera.projection = Projection::MultiPerspective;
+  camera.convergence = convergence;
+  camera.forward = unit(forward);
+  camera.up = upright(camera.forward, up);
+
+  const glm::dvec3 half = 0.5 * box.size();
+  const double deep = glm::dot(glm::abs(camera.forward), half);
+  const double scale = box.diagonal() > 0.0 ? box.diagonal() : 1.0;
+  // A point at height y over the pole line is no higher in the picture than y + Z/κ, and as high as
+  // that straight above the pole: the extent is the support of the ellipsoid along y + Z/κ.
+  const auto extent = [&](glm::dvec3 axis) {
+    double most = 0.0;
+    for (const double sign : {-1.0, 1.0})
+      most = std::max(most, glm::length((sign * axis + camera.forward / convergence) * half));
+    return deep / convergence + most;
+  };
+  double height = 2.0 * kSpare * std::max(extent(camera.up), extent(camera.right()) / aspect);
+  if (height < 1e-9 * scale) height = scale;
+  camera.viewHeight = height;
+  camera.position = box.center() - deep * camera.forward;
+  camera.nearDepth = -0.01 * scale;
+  camera.farDepth = 2.0 * deep + 0.01 * scale;
+  camera.validate();
+  return camera;
+}
+
+Camera undistorted(const Camera& camera, const Box& box, double aspect) {
+  if (camera.projection != Projection::MultiPerspective) return camera;
+  return frameBox(box, camera.forward, camera.up, aspect);
 }
 
 }  // namespace vestige

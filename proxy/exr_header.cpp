@@ -68,9 +68,17 @@ Imath::M44f rowVectorMatrix(const glm::dmat4& m) {
   return out;
 }
 
+struct ProjectionName {
+  Projection projection;
+  const char* name;
+};
+constexpr ProjectionName kProjections[] = {{Projection::Orthographic, "orthographic"},
+                                           {Projection::Perspective, "perspective"},
+                                           {Projection::MultiPerspective, "multi-perspective"}};
+
 void setCamera(Imf::Header& header, AttributeWriter& write, const Camera& camera, ImageSize size) {
-  write.text("vestige:projection",
-             camera.projection == Projection::Perspective ? "perspective" : "orthographic");
+  for (const auto& [projection, name] : kProjections)
+    if (projection == camera.projection) write.text("vestige:projection", name);
   write.vector("vestige:position", camera.position);
   write.vector("vestige:forward", camera.forward);
   write.vector("vestige:up", camera.up);
@@ -80,7 +88,10 @@ void setCamera(Imf::Header& header, AttributeWriter& write, const Camera& camera
   write.number("vestige:nearDepth", camera.nearDepth);
   write.number("vestige:farDepth", camera.farDepth);
   Imf::addWorldToCamera(header, rowVectorMatrix(camera.eyeFromWorld()));
-  Imf::addWorldToNDC(header, rowVectorMatrix(camera.clipFromWorld(size.aspect())));
+  if (camera.projection == Projection::MultiPerspective)
+    write.number("vestige:convergence", camera.convergence);
+  else  // no matrix makes a multi-perspective picture
+    Imf::addWorldToNDC(header, rowVectorMatrix(camera.clipFromWorld(size.aspect())));
 }
 
 /// JSON has no infinity and no NaN; a field's moments may overflow into either.
@@ -175,11 +186,14 @@ class AttributeReader {
 
 Camera cameraFrom(const AttributeReader& read) {
   Camera camera;
-  std::string projection = read.neededText("vestige:projection");
-  if (projection != "perspective" && projection != "orthographic")
+  const std::string projection = read.neededText("vestige:projection");
+  const auto* known = std::find_if(std::begin(kProjections), std::end(kProjections),
+                                   [&](const ProjectionName& p) { return projection == p.name; });
+  if (known == std::end(kProjections))
     refuse("attribute 'vestige:projection' is '" + projection + "'");
-  camera.projection =
-      projection == "perspective" ? Projection::Perspective : Projection::Orthographic;
+  camera.projection = known->projection;
+  if (camera.projection == Projection::MultiPerspective)
+    camera.convergence = read.number("vestige:convergence");
   camera.position = read.vector("vestige:position");
   camera.forward = read.vector("vestige:forward");
   camera.up = read.vector("vestige:up");

@@ -147,6 +147,9 @@ LayeredPlanes layeredPlanes(const ProxyImage& image) {
                 fmt::format("the {} proxy of field '{}' has {} layers, not 1 "
                             "to {}",
                             image.header.kind, image.header.field, planes.layers, kMostLayers));
+  if (image.header.camera.projection == Projection::MultiPerspective)
+    throw Error(ErrorCode::Format, fmt::format("the {} proxy of field '{}' is multi-perspective",
+                                               image.header.kind, image.header.field));
   const auto append = [&](std::vector<float>& to, const std::string& part,
                           const std::string& channel) {
     const std::vector<float>& values = image.channel(part, channel).values;

@@ -252,6 +252,8 @@ class Checker {
 
   void checkLayered() {
     const int layers = layersOf(image_);
+    if (image_.header.camera.projection == Projection::MultiPerspective)
+      report("layers cannot be those of a multi-perspective camera");
     if (layers < 1 || layers > kMostLayers) {
       report("it has {} layers, not 1 to {}", layers, kMostLayers);
       return;

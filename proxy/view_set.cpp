@@ -65,8 +65,11 @@ glm::dvec2 orbitAngles(const std::string& name, std::string_view text) {
 }  // namespace
 
 std::vector<View> viewSet(const std::string& name, const Box& box, double aspect,
-                          Projection projection, double fieldOfView) {
+                          Projection projection, double fieldOfView, double convergence) {
   const auto framed = [&](std::string viewName, glm::dvec3 forward, glm::dvec3 up) {
+    if (projection == Projection::MultiPerspective)
+      return View{std::move(viewName) + "_distorted",
+                  frameBoxDistorted(box, forward, up, aspect, convergence)};
     return View{std::move(viewName), frameBox(box, forward, up, aspect, projection, fieldOfView)};
   };
   std::vector<View> views;

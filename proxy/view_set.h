@@ -20,9 +20,10 @@ struct View {
 ///   "front", "back", "left", "right", "top", "bottom": that one;  "axes": these six;
 ///   "sphere:N": N >= 1 directions on a Fibonacci sphere, named "sphere000" ...;
 ///   "orbit:AZ,EL": front orbited by degrees (Camera::orbited), named "orbit_AZ_EL".
+/// Names of multi-perspective views end in "_distorted", so that they may stand beside the others.
 /// Throws Config with the name and the choices when the name is none of these.
 std::vector<View> viewSet(const std::string& name, const Box& box, double aspect,
                           Projection projection = Projection::Orthographic,
-                          double fieldOfView = 0.5);
+                          double fieldOfView = 0.5, double convergence = 1.0);
 
 }  // namespace vestige

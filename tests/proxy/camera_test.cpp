@@ -151,6 +151,112 @@ TEST(Camera, SquarePixelsAreNoFewerAndOfTheSameShape) {
   EXPECT_EQ(squarePixels({5000, 108}, 1e-300), (ImageSize{5000, 4096}));
 }
 
+/// A random multi-perspective camera before a random box.
+Camera distorted(Scenes& s) {
+  s.next();
+  return frameBoxDistorted(s.box, s.camera.forward, s.camera.up, s.size.aspect(),
+                           std::pow(10.0, s.uniform(-1.5, 2.0)));
+}
+
+TEST(DistortedCamera, ProjectsAndUnprojectsAsExactInverses) {
+  Scenes s;
+  for (int i = 0; i < 2000; ++i) {
+    const Camera camera = distorted(s);
+    const glm::dvec3 world = s.pointInBox();
+    const glm::dvec3 seen = camera.project(world, s.size);
+    EXPECT_GE(seen.z, -1e-12 * s.box.diagonal());
+    const double magnitude = glm::length(camera.position) + camera.farDepth + camera.viewHeight;
+    expectNear(camera.unproject(seen, s.size), world, 1e-12 * magnitude);
+  }
+}
+
+TEST(DistortedCamera, SeesAPointWhereItsRadiusAndItsDistortionSay) {
+  // Method §2: r = ρ + Z/κ, in the direction of the point from the pole.
+  Camera c;  // at (0, -1, 0), looking along +y, z up
+  c.projection = Projection::MultiPerspective;
+  c.convergence = 2.0;
+  c.viewHeight = 10.0;
+  expectNear(c.project({0.6, 2.0, 0.8}, {100, 100}), {50.0 + 15.0, 50.0 - 20.0, 3.0}, 1e-12);
+  expectNear(c.project({0.0, 2.0, 0.0}, {100, 100}), {50.0 + 15.0, 50.0, 3.0}, 1e-12);
+}
+
+TEST(DistortedCamera, RaysRunFromTheCameraPlaneThroughTheirPointsToThePoleLine) {
+  Scenes s;
+  for (int i = 0; i < 1000; ++i) {
+    const Camera camera = distorted(s);
+    const glm::dvec3 p = s.pointInBox();
+    const glm::dvec3 pixel = camera.project(p, s.size);
+    const Ray ray = camera.rayThrough({pixel.x, pixel.y}, s.size);
+    const double tolerance =
+        1e-11 * (glm::length(camera.position) + camera.farDepth + camera.viewHeight);
+    EXPECT_NEAR(glm::length(ray.direction), 1.0, 1e-14);
+    EXPECT_NEAR(ray.depthPerLength, glm::dot(ray.direction, camera.forward), 1e-14);
+    EXPECT_NEAR(glm::dot(ray.origin - camera.position, camera.forward), 0.0, tolerance);
+    expectNear(ray.origin + pixel.z / ray.depthPerLength * ray.direction, p, tolerance);
+    EXPECT_GE(ray.lastDepth, pixel.z - tolerance);
+    const glm::dvec3 end = ray.origin + ray.lastDepth / ray.depthPerLength * ray.direction;
+    expectNear(end, camera.position + ray.lastDepth * camera.forward, 3.0 * tolerance);
+  }
+  // The ray of the pole itself ends where it starts.
+  EXPECT_EQ(
+      distorted(s).rayThrough(0.5 * glm::dvec2(s.size.width, s.size.height), s.size).lastDepth,
+      0.0);
+}
+
+TEST(DistortedCamera, ApproachesAnOrthographicOneAsItsRaysConvergeFartherAway) {
+  const Box box{{-1, -2, -1}, {1, 2, 1}};
+  const ImageSize size{200, 200};
+  for (const double convergence : {1.0, 10.0, 100.0, 1000.0, 1e6}) {
+    const Camera camera = frameBoxDistorted(box, {0, 1, 0}, {0, 0, 1}, 1.0, convergence);
+    Camera parallel = camera;
+    parallel.projection = Projection::Orthographic;
+    const glm::dvec3 p(0.3, 1.5, -0.4);
+    const double apart = glm::length(camera.project(p, size) - parallel.project(p, size)) *
+                         camera.viewHeight / size.height;
+    EXPECT_NEAR(apart, 3.5 / convergence, 1e-9) << "the distortion Z/κ";
+    if (convergence == 1e6) {
+      EXPECT_NEAR(camera.viewHeight, frameBox(box, {0, 1, 0}, {0, 0, 1}, 1.0).viewHeight, 1e-4);
+    }
+  }
+}
+
+TEST(DistortedCamera, FramesABallWithItsSides) {
+  // Of a ball of radius 1 its rays reach what is up to 45 degrees behind its widest; the picture
+  // reaches 1 + √2 radii from the pole, and its plane touches the box.
+  const Box box{{-1, -1, -1}, {1, 1, 1}};
+  const Camera camera = frameBoxDistorted(box, {0, 1, 0}, {0, 0, 1}, 1.0);
+  EXPECT_NEAR(camera.viewHeight, 2.0 * 1.02 * (1.0 + std::numbers::sqrt2), 1e-12);
+  EXPECT_NEAR(camera.position.y, -1.0, 1e-12);
+  Scenes s;
+  for (int i = 0; i < 300; ++i) {
+    const Camera any = distorted(s);
+    const glm::dvec3 half = 0.5 * s.box.size();
+    const glm::dvec3 onEllipsoid = s.box.center() + half * glm::normalize(s.vector());
+    const glm::dvec3 pixel = any.project(onEllipsoid, s.size);
+    EXPECT_TRUE(pixel.x >= 0 && pixel.x <= s.size.width && pixel.y >= 0 &&
+                pixel.y <= s.size.height);
+    for (int c = 0; c < 8; ++c) {
+      const double depth = any.project(s.box.corner(c), s.size).z;
+      EXPECT_GT(depth, any.nearDepth);
+      EXPECT_LT(depth, any.farDepth);
+      EXPECT_GT(depth, -1e-9 * s.box.diagonal());
+    }
+    EXPECT_EQ(undistorted(any, s.box, s.size.aspect()),
+              frameBox(s.box, any.forward, any.up, s.size.aspect()));
+    EXPECT_EQ(undistorted(s.camera, s.box, 1.0), s.camera);
+  }
+}
+
+TEST(DistortedCamera, HasNoProjectionMatrixAndSaysSo) {
+  const Camera camera =
+      frameBox({{0, 0, 0}, {1, 1, 1}}, {0, 1, 0}, {0, 0, 1}, 1.0, Projection::MultiPerspective);
+  EXPECT_THROW(camera.clipFromEye(1.0), Error);
+  EXPECT_THROW(camera.eyeFromClip(1.0), Error);
+  EXPECT_THROW(camera.clipFromWorld(1.0), Error);
+  EXPECT_THROW(frameBoxDistorted({{0, 0, 0}, {1, 1, 1}}, {0, 1, 0}, {0, 0, 1}, 1.0, 0.0), Error);
+  EXPECT_NO_THROW(frameBoxDistorted({{1, 1, 1}, {1, 1, 1}}, {0, 1, 0}, {0, 0, 1}, 1.0));
+}
+
 TEST(Camera, OrbitsToItsRightThenUpThenTurnsThePictureCounterclockwise) {
   const double quarter = 0.5 * std::numbers::pi;
   Camera c;
@@ -249,6 +355,9 @@ TEST(Camera, ValidateNamesTheValueThatIsOutOfRange) {
   names([](Camera& c) { c.pixelAspect = kInfinity; }, "pixelAspect inf");
   names([](Camera& c) { c.viewHeight = kInfinity; }, "viewHeight inf");
   names([](Camera& c) { c.fieldOfView = 3.2; }, "fieldOfView 3.2");
+  names([](Camera& c) { c.convergence = 0.0; }, "convergence 0");
+  names([](Camera& c) { c.convergence = kNaN; }, "convergence nan");
+  names([](Camera& c) { c.convergence = 1e7; }, "convergence 1");
   names([](Camera& c) { c.nearDepth = kNaN; }, "nearDepth nan");
   names([](Camera& c) { c.projection = Projection::Perspective; }, "nearDepth 0");
   names([](Camera& c) { c.farDepth = -1.0; }, "farDepth -1");

@@ -240,6 +240,20 @@ TEST_F(HostileExr, AbsurdDescriptionsAreRefused) {
     exr.value(claim.attribute) = claim.value;
     expectRefused(std::string(claim.attribute) + " " + claim.value.substr(0, 20), exr.bytes());
   }
+  {
+    // A multi-perspective picture of which nobody says how its rays converge.
+    ExrSurgeon exr = sound;
+    exr.value("vestige:projection") = "multi-perspective";
+    expectRefused("no convergence", exr.bytes());
+    ProxyHeader header = someHeader();
+    header.camera = frameBoxDistorted(header.domain, {0, 1, 0}, {0, 0, 1}, 1.0);
+    const ExrSurgeon distorted(encoded(someImages(header)[1]));
+    for (const double value : {0.0, -1.0, 1e-300, 1e300, kNaN}) {
+      ExrSurgeon claim = distorted;
+      claim.value("vestige:convergence") = n(value);
+      expectRefused("a convergence of " + std::to_string(value), claim.bytes());
+    }
+  }
   for (const Claim& claim : {Claim{"vestige:channels", repeated("a:half ", 100000)},
                              {"vestige:channels", "i00"},
                              {"vestige:channels", "nothing:half"},

@@ -104,6 +104,23 @@ TEST(Exr, PerspectiveCamerasAndAwkwardNumbersSurviveBitForBit) {
       image.header);
 }
 
+TEST(Exr, MultiPerspectiveCamerasSurviveAndOthersSayNothingOfConvergence) {
+  ProxyHeader h = someHeader();
+  h.camera = frameBoxDistorted(h.domain, {1.0, 2.0, 3.0}, {0.0, 0.0, 1.0}, h.size.aspect(), 0.7);
+  const ProxyImage image = depthImage(h, Planes(h).depth, Planes(h).normal);
+  EXPECT_EQ(throughFile(image).header.camera, h.camera);
+  const auto names = [](const ProxyImage& proxy, const char* attribute) {
+    const std::vector<std::byte> bytes = encodeExr(proxy);
+    return std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size())
+               .find(attribute) != std::string_view::npos;
+  };
+  EXPECT_TRUE(names(image, "vestige:convergence"));
+  EXPECT_FALSE(names(image, "worldToNDC")) << "no matrix makes such a picture";
+  const ProxyImage parallel = someImages(someHeader())[0];
+  EXPECT_FALSE(names(parallel, "vestige:convergence")) << "as archives always were";
+  EXPECT_TRUE(names(parallel, "worldToNDC"));
+}
+
 TEST(Exr, EqualImagesGiveEqualBytes) {
   for (std::size_t i = 0; i < 5; ++i)
     EXPECT_EQ(encodeExr(someImages(someHeader())[i]), encodeExr(someImages(someHeader())[i]));

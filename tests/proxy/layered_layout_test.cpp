@@ -129,6 +129,10 @@ TEST(LayeredLayout, EachWrongValueIsFound) {
   std::erase_if(missing.parts, [](const ProxyPart& part) { return part.name == "tau"; });
   EXPECT_FALSE(problemsOf(missing).empty());
   expectError(ErrorCode::Format, "has 0 layers", [&] { layeredPlanes(missing); });
+  ProxyImage distorted = good;
+  distorted.header.camera = frameBoxDistorted(good.header.domain, {0, 1, 0}, {0, 0, 1}, 1.0);
+  EXPECT_FALSE(problemsOf(distorted).empty());
+  expectError(ErrorCode::Format, "is multi-perspective", [&] { layeredPlanes(distorted); });
 }
 
 }  // namespace

@@ -72,6 +72,15 @@ TEST(ViewSet, ShowsTheWholeBoxInEveryView) {
         }
 }
 
+TEST(ViewSet, MultiPerspectiveViewsHaveNamesOfTheirOwn) {
+  const auto views = viewSet("axes", kBox, 1.0, Projection::MultiPerspective, 0.5, 2.0);
+  ASSERT_EQ(views.size(), 6u);
+  EXPECT_EQ(views[0].name, "front_distorted");
+  EXPECT_EQ(views[0].camera, frameBoxDistorted(kBox, {0, 1, 0}, {0, 0, 1}, 1.0, 2.0));
+  EXPECT_EQ(viewSet("orbit:30,20", kBox, 1.0, Projection::MultiPerspective)[0].name,
+            "orbit_30_20_distorted");
+}
+
 TEST(ViewSet, NamesUseOnlyLettersThatFileNamesMayHave) {
   for (const char* name : {"axes", "sphere:12", "orbit:1e-5,-20.25"})
     for (const View& view : viewSet(name, kBox, 1.0))

@@ -15,9 +15,9 @@
 
 namespace vestige::test {
 
-/// Where a ray is inside a box, as lengths along it; first > second: nowhere.
+/// Where a ray is inside a box before it ends, as lengths along it; first > second: nowhere.
 inline std::pair<double, double> insideBox(const Ray& ray, const Box& box) {
-  double enter = 0.0, leave = HUGE_VAL;
+  double enter = 0.0, leave = ray.lastDepth / ray.depthPerLength;
   for (int axis = 0; axis < 3; ++axis) {
     const double o = ray.origin[axis], d = ray.direction[axis];
     if (std::abs(d) < 1e-14) {

@@ -143,6 +143,10 @@ double centreDepth(const Box& box, const Camera& camera) {
 }  // namespace
 
 std::vector<std::size_t> visibilityOrder(std::span<const Box> boxes, const Camera& camera) {
+  if (camera.projection == Projection::MultiPerspective) {
+    throw Error(ErrorCode::InvalidArgument,
+                "rays of a multi-perspective camera meet boxes in no common order");
+  }
   const std::size_t count = boxes.size();
   std::vector<std::vector<std::size_t>> behind(count);
   std::vector<std::size_t> inFront(count, 0);  // how many not yet placed ones are nearer

@@ -210,7 +210,19 @@ ViewConfig readView(ConfigReader reader) {
   ViewConfig view;
   reader.read("set", view.set);
   reader.read("name", view.name);
-  view.projection = Projection(reader.readChoice("projection", {"orthographic", "perspective"}, 0));
+  view.projection = Projection(
+      reader.readChoice("projection", {"orthographic", "perspective", "multi-perspective"}, 0));
+  if (reader.has("convergence")) {
+    reader.readPositive("convergence", view.convergence);
+    if (view.projection != Projection::MultiPerspective) {
+      reader.fail("convergence", "is for projection = \"multi-perspective\"");
+    }
+    if (view.convergence < Camera::kLeastConvergence ||
+        view.convergence > Camera::kMostConvergence) {
+      reader.fail("convergence", fmt::format("{} is not in {} .. {}", view.convergence,
+                                             Camera::kLeastConvergence, Camera::kMostConvergence));
+    }
+  }
   if (double degrees = 0.0; reader.has("field_of_view")) {
     reader.readPositive("field_of_view", degrees);
     if (degrees >= 180.0) reader.fail("field_of_view", fmt::format("{} is not < 180", degrees));
@@ -268,7 +280,7 @@ void countViews(const ConfigReader& reader, const Config& config, std::set<std::
   if (!view.set.empty()) {
     try {
       added.clear();
-      for (auto& each : viewSet(view.set, Box{{0, 0, 0}, {1, 1, 1}}, 1.0)) {
+      for (auto& each : viewSet(view.set, Box{{0, 0, 0}, {1, 1, 1}}, 1.0, view.projection)) {
         added.push_back(std::move(each.name));
       }
     } catch (const Error& error) {
@@ -416,13 +428,23 @@ Config configFromText(const std::string& text, const std::string& origin) {
     config.views.push_back(readView(reader));
     countViews(reader, config, viewNames);
   }
+  const auto anyView = [&](Projection projection) {
+    return std::any_of(config.views.begin(), config.views.end(),
+                       [=](const ViewConfig& view) { return view.projection == projection; });
+  };
   if (config.sliced && config.sliced->stacks == "views") {
-    const auto perspective = [](const ViewConfig& view) {
-      return view.projection == Projection::Perspective;
-    };
-    if (std::any_of(config.views.begin(), config.views.end(), perspective)) {
-      root.fail("sliced", "stacks = \"views\" needs orthographic views: one is perspective");
+    for (const auto& [projection, name] :
+         {std::pair(Projection::Perspective, "perspective"),
+          std::pair(Projection::MultiPerspective, "multi-perspective")}) {
+      if (!anyView(projection)) continue;
+      root.fail("sliced",
+                fmt::format("stacks = \"views\" needs orthographic views: one is {}", name));
     }
+  }
+  if (config.layered && anyView(Projection::MultiPerspective)) {
+    root.fail("view",
+              "\"layered\" proxies are walked along straight lines of pixels, which a "
+              "multi-perspective view does not have: leave one of the two out");
   }
   if (config.field && viewNames.contains(kFieldView)) {
     root.fail("view", fmt::format("the name \"{}\" is that of stored fields", kFieldView));

@@ -48,6 +48,7 @@ struct ViewConfig {
   std::string name;  ///< of an explicit camera
   Projection projection = Projection::Orthographic;
   double fieldOfView = 0.5;  ///< radians
+  double convergence = 1.0;  ///< κ of multi-perspective views
   std::optional<glm::dvec3> position, target, direction, up;
   std::optional<double> height, nearDepth, farDepth;
 };

@@ -29,6 +29,9 @@ uniform ivec2 size;           // of the whole picture
 uniform ivec2 band;           // first row, rows
 uniform float depthOrigin;  // Z_0
 uniform mat3 eyeFromWorld;
+#ifdef CONVERGING
+uniform float lean;  // see MarchRays
+#endif
 #ifdef SLAB
 uniform vec2 slab;  // the depths z between which rays are followed
 #endif
@@ -129,9 +132,20 @@ void main() {
   vec2 at = (vec2(pixel.x, pixel.y + band.x) + 0.5) / vec2(size) - 0.5;
   vec3 origin = originAt[0] + at.x * originAt[1] + at.y * originAt[2];
   vec3 direction = directionAt[0] + at.x * directionAt[1] + at.y * directionAt[2];
+#ifdef CONVERGING
+  // From the camera plane to the pole line at depth κ times the start's distance from the pole.
+  vec3 fromPole = at.x * originAt[1] + at.y * originAt[2];
+  float radius = length(fromPole);
+  vec3 leaning = radius > 0.0 ? fromPole * (-lean / radius) : vec3(0.0);
+  direction += leaning;
+  origin -= firstDepth * leaning;
+#endif
   vec3 node0 = origin * nodesFromLocal + nodesOrigin, nodeDirection = direction * nodesFromLocal;
   float lengthPerDepth = length(direction), stepLength = stepDepth * lengthPerDepth;
   vec2 inBox = clipToBox(origin, direction);
+#ifdef CONVERGING
+  inBox.y = min(inBox.y, firstDepth + radius / lean);
+#endif
 #ifdef SLAB
   inBox = vec2(max(inBox.x, slab.x), min(inBox.y, slab.y));
 #endif

@@ -125,6 +125,7 @@ void setMarchUniforms(const gl::Program& program, const MarchRequest& request,
   f.Uniform3fv(at("originAt"), 3, glm::value_ptr(rays.origin[0]));
   f.Uniform3fv(at("directionAt"), 3, glm::value_ptr(rays.direction[0]));
   f.Uniform1f(at("firstDepth"), rays.firstDepth);
+  f.Uniform1f(at("lean"), rays.lean);
   vec3("boxLow", frame.localFromWorld(volume.grid().owned.low));
   vec3("boxHigh", frame.localFromWorld(volume.grid().owned.high));
   vec3("domainHigh", frame.localFromWorld(request.domain.high));

@@ -40,7 +40,8 @@ MarchRays::MarchRays(const MarchFrame& frame, const Camera& camera, ImageSize si
   const glm::dvec3 start = (camera.position - frame.centre) / frame.scale;
   const double z0 = frame.depthOrigin / frame.scale;
   firstDepth = float(-z0);
-  if (camera.projection == Projection::Orthographic) {
+  if (camera.projection != Projection::Perspective) {
+    if (camera.projection == Projection::MultiPerspective) lean = float(1.0 / camera.convergence);
     const double height = camera.viewHeight / frame.scale;
     origin = {start + z0 * forward, right * (height * camera.aspect(size)), up * -height};
     direction = {forward, glm::vec3(0.0f), glm::vec3(0.0f)};

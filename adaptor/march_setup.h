@@ -26,10 +26,13 @@ struct MarchFrame {
 };
 
 /// The ray through (x, y), both in [-1/2, 1/2] from the top left of the picture, in local space:
-/// origin (at z = 0) = [0] + x [1] + y [2], direction (per unit of z) likewise.
+/// origin (at z = 0) = [0] + x [1] + y [2], direction (per unit of z) likewise. Those of
+/// multi-perspective cameras then lean toward the pole: per unit of depth from the camera plane by
+/// `lean` times the unit vector back from their start to the pole.
 struct MarchRays {
   std::array<glm::vec3, 3> origin, direction;
-  float firstDepth;  ///< z of the camera plane; rays start there
+  float firstDepth;   ///< z of the camera plane; rays start there
+  float lean = 0.0f;  ///< 1 / κ; 0 = not multi-perspective
 
   MarchRays(const MarchFrame& frame, const Camera& camera, ImageSize size);
 };

@@ -74,7 +74,8 @@ void compositeUnder(RayImage& front, const RayImage& back);
 /// The indices of axis-aligned boxes with disjoint interiors, front to back for this camera: on
 /// every ray that meets two of them, the nearer one comes first. Boxes that tile a domain as
 /// simulations do always have such an order; where boxes hide one another in a ring, the ring is
-/// broken at the box that the fewest others hide.
+/// broken at the box that the fewest others hide. Throws InvalidArgument for a multi-perspective
+/// camera, whose rays have no common order: see RaySorter.
 std::vector<std::size_t> visibilityOrder(std::span<const Box> boxes, const Camera& camera);
 
 }  // namespace vestige

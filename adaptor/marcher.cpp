@@ -40,6 +40,14 @@ std::string unrolled(int count, bool pairs, bool backward = false) {
   return text;
 }
 
+/// Layers and slabs are cut along one direction.
+void requireCommonPlanes(const MarchRequest& request) {
+  if (request.camera.projection == Projection::MultiPerspective) {
+    throw Error(ErrorCode::InvalidArgument,
+                "layers and slabs cannot be marched for a multi-perspective camera");
+  }
+}
+
 }  // namespace
 
 struct Marcher::Impl {
@@ -85,6 +93,7 @@ gl::Program& Marcher::Impl::program(const MarchRequest& request, const MarchSetu
   flag("REFERENCE", request.reference);
   flag("PHONG", request.reference && request.phong);
   flag("BASE", setup.base.has_value());
+  flag("CONVERGING", request.camera.projection == Projection::MultiPerspective);
   flag("QUIET", quiet);
   addFieldDefines(defines, setup, volume, !quiet);
 
@@ -186,6 +195,7 @@ RayImage Marcher::march(const MarchRequest& request) {
 
 LayerRays Marcher::marchLayers(const MarchRequest& request, const LayerRequest& layers) {
   checkRequest(request);
+  requireCommonPlanes(request);
   LayerRays rays;
   const Stopwatch watch;
   impl_->device->run([&] {
@@ -211,6 +221,7 @@ void Marcher::marchLight(const MarchRequest& request, LightDepth& light) {
 void Marcher::marchSlabs(const MarchRequest& request, std::span<const double> depths,
                          const TakeSlab& take) {
   checkRequest(request);
+  requireCommonPlanes(request);
   SlabMarch::Times times;
   impl_->device->run([&] {
     if (!impl_->slabs) impl_->slabs.emplace();

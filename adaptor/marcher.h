@@ -28,7 +28,8 @@ class Marcher {
   void upload(const BlockGrid& grid, const FillSlab& fill, int threads = 1);
   /// Marches the uploaded block. Throws Gl or InvalidArgument.
   RayImage march(const MarchRequest& request);
-  /// Marches it once more for layers, or for what it puts in a light's way.
+  /// Marches it once more for layers, or for what it puts in a light's way; InvalidArgument for a
+  /// multi-perspective camera.
   LayerRays marchLayers(const MarchRequest& request, const LayerRequest& layers);
   void marchLight(const MarchRequest& request, LightDepth& light);
   /// Marches it slab by slab for sliced opacity lengths; `take` runs on the device's thread. Of the

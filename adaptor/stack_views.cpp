@@ -88,8 +88,8 @@ std::vector<StackView> stackViews(const Config& config, const std::vector<View>&
   for (StackView& stack : stacks) {
     if (stack.view.camera.projection != Projection::Orthographic) {
       throw AdaptorError(VESTIGE_ERROR_CONFIG,
-                         fmt::format("[sliced] stacks: view '{}' is perspective; slabs need an "
-                                     "orthographic one",
+                         fmt::format("[sliced] stacks: view '{}' is not orthographic; slabs "
+                                     "need a view that is",
                                      stack.view.name));
     }
     stack.depths = evenDepths(stack.view.camera, blocks.domain(), sliced.slabs);

@@ -9,6 +9,7 @@
 #include "adaptor/adaptor_error.h"
 #include "adaptor/field_assembly.h"
 #include "adaptor/preview.h"
+#include "adaptor/ray_sorter.h"
 #include "adaptor/stopwatch.h"
 #include "adaptor/training_looks.h"
 #include "proxy/exr_threads.h"
@@ -237,6 +238,25 @@ std::optional<LightDepth> StepMarcher::marchLight(const StepFrame& frame, const 
 
 RayImage StepMarcher::marchRays(const StepFrame& frame, const StepField& field,
                                 const MarchRequest& request, int threads, StepTimes& times) {
+  if (request.camera.projection == Projection::MultiPerspective) {
+    const auto blocks = marchedBlocks(frame);
+    RaySorter sorter;
+    double sorting = 0.0;
+    for (const int block : blocks) {
+      upload(frame, field, block, threads, times);
+      RayImage rays = marcher_.march(request);
+      times.march += marcher_.times().march;
+      times.readBack += marcher_.times().readBack;
+      if (blocks.size() == 1) return rays;
+      const Stopwatch watch;
+      sorter.add(std::move(rays));
+      sorting += watch.seconds();
+    }
+    const Stopwatch watch;
+    RayImage all = sorter.take();
+    times.march += sorting + watch.seconds();
+    return all;
+  }
   const auto blocks = blocksInOrder(frame, request.camera);
   // Front to back, so that no more than two images are ever held.
   std::optional<RayImage> all;

@@ -54,13 +54,35 @@ std::optional<Kind> commonest(const Kinds& kinds, std::span<const glm::vec4> tex
   return most->first;
 }
 
-/// Pixel and depth z of the frame, of every corner of every brick. The outermost bricks reach to
-/// the faces of the domain at least, as their samples do.
+/// Where a multi-perspective camera sees the points of a box of eye space, `low` to `high`, in the
+/// coordinate `axis` (0, 1) on the camera plane: x + x/ρ Z/κ, and x/ρ, the cosine toward the axis,
+/// is bounded by the box. A box around the pole line is seen on all sides.
+glm::dvec2 distortedBounds(const glm::dvec3& low, const glm::dvec3& high, int axis, double lean) {
+  const auto across = glm::dvec2(low[1 - axis], high[1 - axis]);
+  const double far = std::max(std::abs(across.x), std::abs(across.y));
+  const double near =
+      across.x <= 0.0 && across.y >= 0.0 ? 0.0 : std::min(std::abs(across.x), std::abs(across.y));
+  const auto cosine = [](double x, double other) {
+    return x == 0.0 ? 0.0 : x / std::hypot(x, other);
+  };
+  const double a = low[axis], b = high[axis];
+  double least = cosine(a, a > 0.0 ? far : near), most = cosine(b, b < 0.0 ? far : near);
+  if (near == 0.0 && a <= 0.0 && b >= 0.0) least = -1.0, most = 1.0;
+  const double front = std::max(low.z, 0.0), back = std::max(high.z, 0.0);
+  return {a + lean * least * (least < 0.0 ? back : front),
+          b + lean * most * (most > 0.0 ? back : front)};
+}
+
+/// Pixel and depth z of the frame, of every corner of every brick; of multi-perspective cameras,
+/// place on the camera plane instead of pixel. The outermost bricks reach to the faces of the
+/// domain at least, as their samples do.
 class Corners {
  public:
   Corners(const BrickGrid& bricks, const BlockGrid& grid, const MarchFrame& frame,
           const MarchRequest& request)
-      : size_(bricks.size()) {
+      : size_(bricks.size()), frame_(frame), request_(request) {
+    Camera parallel = request.camera;
+    if (distorted()) parallel.projection = Projection::Orthographic;
     std::array<std::vector<double>, 3> planes;
     for (int axis = 0; axis < 3; ++axis) {
       const auto& nodes = grid.nodes[std::size_t(axis)];
@@ -74,7 +96,7 @@ class Corners {
     for (double z : planes[2]) {
       for (double y : planes[1]) {
         for (double x : planes[0]) {
-          auto at = request.camera.project({x, y, z}, request.size);
+          auto at = parallel.project({x, y, z}, request.size);
           behind_ =
               behind_ || (request.camera.projection == Projection::Perspective && !(at.z > 0.0));
           at.z = (at.z - frame.depthOrigin) / frame.scale;
@@ -97,11 +119,32 @@ class Corners {
       low = glm::min(low, at);
       high = glm::max(high, at);
     }
+    if (distorted()) distort(low, high);
     return {low, high};
   }
 
  private:
+  bool distorted() const { return request_.camera.projection == Projection::MultiPerspective; }
+
+  void distort(glm::dvec3& low, glm::dvec3& high) const {
+    const ImageSize size = request_.size;
+    const double side = request_.camera.viewHeight / size.height;
+    const glm::dvec2 pixel(side * request_.camera.pixelAspect, side);
+    const glm::dvec3 middle(0.5 * size.width, 0.5 * size.height, 0.0);
+    const auto eye = [&](glm::dvec3 p) {
+      return glm::dvec3(pixel * glm::dvec2(p - middle), p.z * frame_.scale + frame_.depthOrigin);
+    };
+    const glm::dvec3 from = eye(low), to = eye(high);
+    for (int axis = 0; axis < 2; ++axis) {
+      const auto bounds = distortedBounds(from, to, axis, 1.0 / request_.camera.convergence);
+      low[axis] = middle[axis] + bounds.x / pixel[axis];
+      high[axis] = middle[axis] + bounds.y / pixel[axis];
+    }
+  }
+
   std::array<int, 3> size_;
+  const MarchFrame& frame_;
+  const MarchRequest& request_;
   std::vector<glm::dvec3> at_;
   bool behind_ = false;
 };

@@ -15,7 +15,9 @@ Camera explicitCamera(const ViewConfig& view, const Box& domain, double aspect) 
   const bool vertical = std::abs(forward.z) > 1.0 - 1e-9;
   const glm::dvec3 up =
       view.up.value_or(vertical ? glm::dvec3(0.0, 1.0, 0.0) : glm::dvec3(0.0, 0.0, 1.0));
-  Camera camera = frameBox(domain, forward, up, aspect, view.projection, view.fieldOfView);
+  Camera camera = view.projection == Projection::MultiPerspective
+                      ? frameBoxDistorted(domain, forward, up, aspect, view.convergence)
+                      : frameBox(domain, forward, up, aspect, view.projection, view.fieldOfView);
   if (view.height) camera.viewHeight = *view.height;
   if (view.position) {
     camera.position = *view.position;
@@ -43,7 +45,8 @@ std::vector<View> resolveViews(const Config& config, const Box& domain) {
     if (view.set.empty()) {
       views.push_back({view.name, explicitCamera(view, domain, aspect)});
     } else {
-      auto set = viewSet(view.set, domain, aspect, view.projection, view.fieldOfView);
+      auto set =
+          viewSet(view.set, domain, aspect, view.projection, view.fieldOfView, view.convergence);
       std::move(set.begin(), set.end(), std::back_inserter(views));
     }
   }

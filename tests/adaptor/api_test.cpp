@@ -147,7 +147,8 @@ TEST(Session, DeepPartsOfAnArchiveSplitIntoBlocksAreThoseOfTheWhole) {
   const Folder folder;
   const Sample sample;
   const auto n = sample.size;
-  const std::string config = std::string(kSmallImage) + "[[view]]\nset = 'orbit:30,20'\n";
+  const std::string config = std::string(kSmallImage) + "[[view]]\nset = 'orbit:30,20'\n" +
+                             "[[view]]\nset = 'front'\nprojection = 'multi-perspective'\n";
   {
     Simulation run(folder / "whole.cdb", config);
     ASSERT_EQ(run.step(sample, 0), VESTIGE_OK) << run.error();
@@ -170,7 +171,9 @@ TEST(Session, DeepPartsOfAnArchiveSplitIntoBlocksAreThoseOfTheWhole) {
     vestige_block(run.session, 7, &empty);
     ASSERT_EQ(vestige_execute(run.session, 0, 0.0), VESTIGE_OK) << run.error();
   }
+  EXPECT_EQ(damageOf(folder / "split.cdb"), "");
   const Archive whole(folder / "whole.cdb"), split(folder / "split.cdb");
+  EXPECT_EQ(whole.views(), (std::vector<std::string>{"orbit_30_20", "front_distorted"}));
   for (const auto& row : whole.rows()) {
     const auto* other = split.find(row.cycle, row.view, row.field, row.proxy);
     ASSERT_NE(other, nullptr) << row.proxy;

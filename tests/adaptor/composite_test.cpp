@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -7,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "adaptor/march_types.h"
+#include "adaptor/ray_sorter.h"
 #include "proxy/error.h"
 
 namespace vestige {
@@ -130,6 +132,76 @@ TEST(CompositeUnder, RefusesImagesThatDoNotMatch) {
   }
 }
 
+TEST(RaySorter, CompositesEachPixelInItsOwnOrder) {
+  std::mt19937 random(16);
+  for (int trial = 0; trial < 10; ++trial) {
+    // Three images in order; in the other three pixels are dealt out at random.
+    const std::vector<RayImage> ordered = {randomImage(random, 0), randomImage(random, 1),
+                                           randomImage(random, 2)};
+    std::vector<RayImage> dealt = ordered;
+    const std::size_t pixels = ordered[0].size.pixels();
+    for (std::size_t i = 0; i < pixels; ++i) {
+      std::array<std::size_t, 3> to = {0, 1, 2};
+      std::shuffle(to.begin(), to.end(), random);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto deal = [&](const auto& from, auto& into) {
+          for (std::size_t at = i; at < from.size(); at += pixels) into[at] = from[at];
+        };
+        const RayImage& a = ordered[k];
+        RayImage& b = dealt[to[k]];
+        deal(a.entry, b.entry), deal(a.exit, b.exit), deal(a.first, b.first);
+        deal(a.last, b.last), deal(a.mip, b.mip), deal(a.transmittance, b.transmittance);
+        deal(a.attenuation, b.attenuation), deal(a.length, b.length), deal(a.moment, b.moment);
+        deal(a.runs, b.runs), deal(a.depth, b.depth), deal(a.normal, b.normal);
+        deal(a.reference, b.reference);
+      }
+    }
+    const RayImage wanted = under(under(ordered[0], ordered[1]), ordered[2]);
+    RaySorter sorter;
+    for (const RayImage& image : dealt) sorter.add(image);
+    const RayImage made = sorter.take();
+    expectNear(made.attenuation, wanted.attenuation, "attenuation");
+    expectNear(made.transmittance, wanted.transmittance, "transmittance");
+    expectNear(made.length, wanted.length, "length");
+    expectNear(made.moment, wanted.moment, "moment");
+    expectNear(made.runs, wanted.runs, "runs");
+    expectNear(made.depth, wanted.depth, "depth");
+    expectNear(made.mip, wanted.mip, "mip");
+    expectNear(made.entry, wanted.entry, "entry");
+    expectNear(made.exit, wanted.exit, "exit");
+    for (std::size_t i = 0; i < pixels; ++i) {
+      // What a miss holds besides means nothing; these misses have light of their own.
+      if (ordered[0].first[i] == 255 || ordered[1].first[i] == 255 || ordered[2].first[i] == 255) {
+        continue;
+      }
+      EXPECT_NEAR(made.reference[i], wanted.reference[i], 2e-6);
+      EXPECT_EQ(made.first[i], wanted.first[i]);
+      EXPECT_EQ(made.last[i], wanted.last[i]);
+    }
+  }
+}
+
+TEST(RaySorter, RefusesImagesThatDoNotMatchAndNothingAtAll) {
+  std::mt19937 random(17);
+  const auto refused = [](const auto& action) {
+    try {
+      action();
+    } catch (const Error& e) {
+      return e.code() == ErrorCode::InvalidArgument;
+    }
+    return false;
+  };
+  RaySorter sorter;
+  EXPECT_TRUE(refused([&] { sorter.take(); }));
+  sorter.add(randomImage(random, 0));
+  EXPECT_TRUE(refused([&] { sorter.add(randomImage(random, 0, 6)); }));
+  RayImage turned = randomImage(random, 0);
+  turned.size = {4, 6};
+  EXPECT_TRUE(refused([&] { sorter.add(turned); }));
+  EXPECT_NO_THROW(sorter.take());
+  EXPECT_TRUE(refused([&] { sorter.take(); })) << "it is empty afterwards";
+}
+
 /// A random subdivision of a box by planes, as by recursive bisection.
 void bisect(std::mt19937& random, const Box& box, int times, std::vector<Box>& out) {
   if (times == 0) return out.push_back(box);
@@ -177,6 +249,12 @@ TEST(VisibilityOrder, MeetsNearerBoxesFirstOnEveryRay) {
       }
     }
   }
+}
+
+TEST(VisibilityOrder, RefusesCamerasWhoseRaysHaveNone) {
+  const std::vector<Box> boxes = {{{0, 0, 0}, {1, 1, 1}}};
+  EXPECT_THROW(visibilityOrder(boxes, frameBoxDistorted(boxes[0], {0, 1, 0}, {0, 0, 1}, 1.0)),
+               Error);
 }
 
 TEST(VisibilityOrder, GivesEveryBoxOnceEvenWhenTheyHideOneAnotherInARing) {

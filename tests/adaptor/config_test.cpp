@@ -199,6 +199,9 @@ TEST(Config, RefusesWhatMakesNoSense) {
   expectError("[image]\nproxies = ['training']\n[training]\npictures = 5\n", "5 is not in 1..4");
   expectError("[image]\nproxies = ['training']\n[training]\nscale = 2\n", "2 is not in 0..1");
   expectError("[image]\nproxies = ['training']\n[training]\nlight = 1\n", "light");
+  const std::string distorted = "[[view]]\nset = 'front'\nprojection = 'multi-perspective'\n";
+  expectError(sliced + "stacks = 'views'\n" + distorted, "multi-perspective");
+  expectError("[image]\nproxies = ['layered']\n" + distorted, "multi-perspective view");
   expectError("[layered]\nlayers = 4\n", "[image] proxies does not name \"layered\"");
   expectError("[image]\nproxies = ['layered']\n[layered]\nlayers = 17\n", "17");
   expectError("[image]\nproxies = ['layered']\n[layered]\nlight = [0, 0, 0]\n", "no direction");
@@ -243,6 +246,13 @@ TEST(Config, RefusesViewsThatMakeNoSense) {
               "\"left\" is given twice");
   expectError("[[view]]\nset = 'orbit:30,20'\n[[view]]\nset = 'orbit:30.0,20'\n", "given twice");
   expectError("[[view]]\nset = 'front'\nfield_of_view = 180\n", "not < 180");
+  expectError("[[view]]\nset = 'front'\nprojection = 'fisheye'\n", "\"fisheye\" is none of");
+  expectError("[[view]]\nset = 'front'\nconvergence = 1\n",
+              "run.toml:3: [[view]] convergence: is for projection = \"multi-perspective\"");
+  const std::string distorted = "[[view]]\nset = 'front'\nprojection = 'multi-perspective'\n";
+  expectError(distorted + "convergence = 0\n", "0 is not positive");
+  expectError(distorted + "convergence = 0.001\n", "0.001 is not in 0.01 .. 1000000");
+  expectError(distorted + distorted, "the view \"front_distorted\" is given twice");
 }
 
 TEST(Config, MoreViewsThanAStepCanMakeAreRefused) {
@@ -269,6 +279,22 @@ TEST(Config, ExplicitCamerasStandWhereTheyAreTold) {
   EXPECT_LT(views[0].camera.nearDepth, 4.0);
   EXPECT_GT(views[0].camera.farDepth, 5.0);
   EXPECT_NEAR(views[1].camera.forward.z, -1.0, 1e-12);
+}
+
+TEST(Config, MultiPerspectiveViewsStandBesideTheOthers) {
+  const auto config = configFromText(
+      "[[view]]\nset = 'front'\n"
+      "[[view]]\nset = 'front'\nprojection = 'multi-perspective'\n"
+      "[[view]]\nname = 'a'\ndirection = [1, 1, 0]\nprojection = 'multi-perspective'\n"
+      "convergence = 2\nheight = 5\n",
+      "run.toml");
+  const Box domain{{0, 0, 0}, {1, 1, 1}};
+  const auto views = resolveViews(config, domain);
+  ASSERT_EQ(views.size(), 3u);
+  EXPECT_EQ(views[1].name, "front_distorted");
+  EXPECT_EQ(views[1].camera, frameBoxDistorted(domain, {0, 1, 0}, {0, 0, 1}, 1.0));
+  EXPECT_EQ(views[2].camera.convergence, 2.0);
+  EXPECT_EQ(views[2].camera.viewHeight, 5.0);
 }
 
 TEST(Config, FrontIsTheDefaultView) {

@@ -127,6 +127,44 @@ TEST_P(March, PerspectiveRaysHaveTheirChord) {
   }
 }
 
+TEST_P(March, DistortedRaysEndAtThePoleLine) {
+  const Scene scene = Scene::even({5, 5, 5}, kUnit, [](glm::dvec3) { return 0.5; });
+  for (const double convergence : {0.4, 1.0, 3.0}) {
+    const Camera camera =
+        frameBoxDistorted(kUnit, {0.2, 1.0, -0.1}, {0, 0, 1}, 4.0 / 3.0, convergence);
+    const MarchRequest request = requestAll(kUnit, 0.0, 1.0, 1, camera);
+    const RayImage image = marchWhole(marcher, scene, request);
+    int ended = 0;
+    for (int y = 0; y < 24; ++y) {
+      for (int x = 0; x < 32; ++x) {
+        const Ray ray = camera.rayThrough({x + 0.5, y + 0.5}, request.size);
+        const double end = ray.lastDepth / ray.depthPerLength;
+        double from = 0.0, to = end;
+        for (int axis = 0; axis < 3; ++axis) {
+          const double a = (kUnit.low[axis] - ray.origin[axis]) / ray.direction[axis];
+          const double b = (kUnit.high[axis] - ray.origin[axis]) / ray.direction[axis];
+          from = std::max(from, std::min(a, b));
+          to = std::min(to, std::max(a, b));
+        }
+        ended += from < to && to == end;
+        EXPECT_NEAR(image.length[std::size_t(y * 32 + x)], std::max(0.0, to - from), 1e-5);
+      }
+    }
+    EXPECT_GT(ended, 50);
+  }
+}
+
+TEST_P(March, LayersAndSlabsOfADistortedCameraAreRefused) {
+  const Scene scene = Scene::even({5, 5, 5}, kUnit, waves);
+  const MarchRequest request =
+      requestAll(kUnit, 0.0, 1.0, 4, frameBoxDistorted(kUnit, {0, 1, 0}, {0, 0, 1}, 1.0), {8, 8});
+  const RayImage rays = marchWhole(marcher, scene, request);
+  EXPECT_THROW(marcher.marchLayers(request, LayerGatherer(2, rays.transmittance).request(nullptr)),
+               Error);
+  EXPECT_THROW(marcher.marchSlabs(request, std::vector<double>{0.0, 1.0}, [](int, SlabRays) {}),
+               Error);
+}
+
 TEST_P(March, RaysStartAtTheCamera) {
   const Scene scene = Scene::even({5, 5, 5}, kUnit, [](glm::dvec3) { return 0.5; });
   Camera inside = frameBox(kUnit, {0, 1, 0}, {0, 0, 1}, 1.0);
@@ -140,7 +178,8 @@ TEST_P(March, RaysStartAtTheCamera) {
 TEST_P(March, SpheresHaveTheirDepthAndNormal) {
   const Box box{{-1, -1, -1}, {1, 1, 1}};
   const Scene scene = Scene::even({65, 65, 65}, box, [](glm::dvec3 p) { return glm::dot(p, p); });
-  for (const Camera& camera : {oblique(box, {40, 40}), perspective(box, {40, 40})}) {
+  for (const Camera& camera : {oblique(box, {40, 40}), perspective(box, {40, 40}),
+                               frameBoxDistorted(box, {0.8, 1.0, -0.6}, {0, 0, 1}, 1.0)}) {
     MarchRequest request = requestAll(box, 0.0, 1.0, 4, camera, {40, 40});
     request.isovalues = {0.36, 0.64};
     const RayImage image = marchWhole(marcher, scene, request);
@@ -153,7 +192,8 @@ TEST_P(March, SpheresHaveTheirDepthAndNormal) {
         const double radius = layer ? 0.8 : 0.6;
         const double b = -glm::dot(ray.origin, ray.direction);
         const double rest = b * b - glm::dot(ray.origin, ray.origin) + radius * radius;
-        if (std::abs(rest) < 0.02) continue;  // grazing
+        if (std::abs(rest) < 0.02) continue;                          // grazing
+        if (b * ray.depthPerLength > ray.lastDepth - 0.05) continue;  // around its end
         const float depth = image.depth[layer * pixels + i];
         if (rest < 0.0) {
           EXPECT_TRUE(std::isinf(depth));

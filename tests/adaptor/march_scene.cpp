@@ -7,6 +7,8 @@
 #include <map>
 #include <optional>
 
+#include "adaptor/ray_sorter.h"
+
 namespace vestige {
 namespace {
 
@@ -46,7 +48,7 @@ RayImage marchPart(Marcher& marcher, const Scene& scene, const MarchRequest& req
   return marcher.march(request);
 }
 
-/// Blocks that meet at the given nodes of each axis, front to back.
+/// Blocks that meet at the given nodes of each axis, front to back where there is such an order.
 std::vector<Part> partsOf(const Scene& scene, const Camera& camera, const Cuts& cuts, int ghosts) {
   std::vector<Box> boxes;
   std::vector<Part> parts, ordered;
@@ -68,6 +70,7 @@ std::vector<Part> partsOf(const Scene& scene, const Camera& camera, const Cuts& 
       }
     }
   }
+  if (camera.projection == Projection::MultiPerspective) return parts;
   for (std::size_t i : visibilityOrder(boxes, camera)) ordered.push_back(parts[i]);
   return ordered;
 }
@@ -115,6 +118,13 @@ RayImage marchWhole(Marcher& marcher, const Scene& scene, const MarchRequest& re
 
 RayImage marchBlocks(Marcher& marcher, const Scene& scene, const MarchRequest& request,
                      const Cuts& cuts, int ghosts) {
+  if (request.camera.projection == Projection::MultiPerspective) {
+    RaySorter sorter;
+    for (const Part& part : partsOf(scene, request.camera, cuts, ghosts)) {
+      sorter.add(marchPart(marcher, scene, request, part));
+    }
+    return sorter.take();
+  }
   std::optional<RayImage> result;
   for (const Part& part : partsOf(scene, request.camera, cuts, ghosts)) {
     RayImage image = marchPart(marcher, scene, request, part);

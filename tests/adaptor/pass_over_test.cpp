@@ -58,7 +58,8 @@ INSTANTIATE_TEST_SUITE_P(Backends, PassOver, testing::Values("osmesa", "egl"),
 TEST_P(PassOver, FromEverySide) {
   const Scene scene = Scene::even({67, 61, 70}, kUnit, objects);
   const ImageSize size{90, 70};
-  for (const auto projection : {Projection::Orthographic, Projection::Perspective}) {
+  for (const auto projection :
+       {Projection::Orthographic, Projection::Perspective, Projection::MultiPerspective}) {
     for (glm::dvec3 forward : {glm::dvec3(0, 1, 0), glm::dvec3(-1, 0, 0),
                                glm::dvec3(0.7, 0.8, -0.5), glm::dvec3(-0.3, -0.9, 0.4)}) {
       expectNoDifference(scene,

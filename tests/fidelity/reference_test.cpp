@@ -107,7 +107,8 @@ TEST_P(Reference, EqualsTheCpuRenderer) {
   EXPECT_LE(greatestDifference(image, truth), kStep8);
 }
 
-constexpr auto kOrtho = Projection::Orthographic, kPerspective = Projection::Perspective;
+constexpr auto kOrtho = Projection::Orthographic, kPerspective = Projection::Perspective,
+               kDistorted = Projection::MultiPerspective;
 INSTANTIATE_TEST_SUITE_P(
     Scenes, Reference,
     testing::Values(
@@ -116,13 +117,17 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"turbulent", "hard", kOrtho, false}, Case{"turbulent", "hard", kPerspective, true},
         Case{"turbulent", "spike", kOrtho, false}, Case{"turbulent", "spike", kPerspective, true},
         Case{"stretched", "ramp", kOrtho, true}, Case{"stretched", "peaks", kPerspective, true},
-        Case{"stretched", "hard", kOrtho, false}, Case{"ct", "ramp", kOrtho, false},
-        Case{"ct", "ramp", kPerspective, true}, Case{"ct", "peaks", kOrtho, true},
-        Case{"ct", "hard", kPerspective, false}),
+        Case{"stretched", "hard", kOrtho, false}, Case{"turbulent", "peaks", kDistorted, true},
+        Case{"turbulent", "hard", kDistorted, false}, Case{"stretched", "ramp", kDistorted, true},
+        Case{"ct", "ramp", kOrtho, false}, Case{"ct", "ramp", kPerspective, true},
+        Case{"ct", "peaks", kOrtho, true}, Case{"ct", "hard", kPerspective, false}),
     [](const auto& instance) {
       const Case& c = instance.param;
       return std::string(c.scene) + "_" + c.function +
-             (c.projection == kPerspective ? "_perspective" : "") + (c.phong ? "_lit" : "");
+             (c.projection == kPerspective ? "_perspective"
+              : c.projection == kDistorted ? "_distorted"
+                                           : "") +
+             (c.phong ? "_lit" : "");
     });
 
 /// Blocks with ghost layers get the samples of the whole to the last bit, so even where rays graze
@@ -131,9 +136,13 @@ TEST(Blocks, MakeWhatOneBlockMakesAndTheReferenceOfTheCpuRenderer) {
   constexpr double kTolerance = 1e-5;
   for (const char* name : {"turbulent", "stretched"}) {
     for (const char* function : {"ramp", "peaks", "hard", "spike"}) {
-      for (const Projection projection : {kOrtho, kPerspective}) {
+      for (const Projection projection : {kOrtho, kPerspective, kDistorted}) {
+        const bool smooth = std::string(function) == "ramp" || std::string(function) == "peaks";
+        if (projection == kDistorted && !smooth) continue;  // time
         SCOPED_TRACE(std::string(name) + " " + function +
-                     (projection == kOrtho ? "" : " in perspective"));
+                     (projection == kOrtho         ? ""
+                      : projection == kPerspective ? " in perspective"
+                                                   : " distorted"));
         const Scene scene = *sceneOf(name);
         MarchRequest request = requestOf(scene, function, projection);
         request.attenuation = request.length = true;

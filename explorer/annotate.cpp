@@ -145,9 +145,10 @@ void drawBoxEdges(Picture& picture, const AnnotationSubject& subject, bool hidde
     glm::dvec3 normal(0.0), middle = box.center();
     normal[axis] = high ? 1.0 : -1.0;
     middle[axis] = high ? box.high[axis] : box.low[axis];
-    const glm::dvec3 toward = subject.camera.projection == Projection::Orthographic
-                                  ? subject.camera.forward
-                                  : middle - subject.camera.position;
+    const glm::dvec2 pixel(subject.camera.project(middle, picture.size));
+    const glm::dvec3 toward = subject.camera.projection == Projection::Perspective
+                                  ? middle - subject.camera.position
+                                  : subject.camera.rayThrough(pixel, picture.size).direction;
     return glm::dot(normal, toward) < -1e-9;
   };
   const double width = std::max(1.0, unitOf(picture) / 14.0);
@@ -160,9 +161,15 @@ void drawBoxEdges(Picture& picture, const AnnotationSubject& subject, bool hidde
       from[u] = to[u] = highU ? box.high[u] : box.low[u];
       from[v] = to[v] = highV ? box.high[v] : box.low[v];
       to[axis] = box.high[axis];
-      const glm::dvec3 a = subject.camera.project(from, picture.size);
-      const glm::dvec3 b = subject.camera.project(to, picture.size);
-      drawLine(picture, glm::dvec2(a), glm::dvec2(b), width, colorLinear, hidden ? 0.45 : 0.8);
+      // Edges are curves in multi-perspective pictures.
+      const int pieces = subject.camera.projection == Projection::MultiPerspective ? 48 : 1;
+      for (int i = 0; i < pieces; ++i) {
+        const auto at = [&](int step) {
+          const double t = double(step) / pieces;
+          return glm::dvec2(subject.camera.project((1.0 - t) * from + t * to, picture.size));
+        };
+        drawLine(picture, at(i), at(i + 1), width, colorLinear, hidden ? 0.45 : 0.8);
+      }
     }
   }
 }

@@ -27,12 +27,14 @@ constexpr double kDeriveJump = 6.0;
 constexpr double kLongestGap = 0.05;
 constexpr float kNothing = 1e30f;
 
-/// World units a pixel (at depth 1 for perspective), whether it grows with depth, and a jump.
-glm::vec3 unprojectOf(const Camera& camera, ImageSize size, double jump) {
-  if (camera.projection == Projection::Orthographic) {
-    return {camera.viewHeight / size.height, 0.0, jump};
+/// World units a pixel (at depth 1 for perspective), whether it grows with depth, a jump, and how
+/// much a ray leans toward the pole a unit of depth: the distortion Z/κ is undone by the shaders.
+glm::vec4 unprojectOf(const Camera& camera, ImageSize size, double jump) {
+  if (camera.projection == Projection::Perspective) {
+    return {2.0 * std::tan(0.5 * camera.fieldOfView) / size.height, 1.0, jump, 0.0};
   }
-  return {2.0 * std::tan(0.5 * camera.fieldOfView) / size.height, 1.0, jump};
+  const bool distorted = camera.projection == Projection::MultiPerspective;
+  return {camera.viewHeight / size.height, 0.0, jump, distorted ? 1.0 / camera.convergence : 0.0};
 }
 
 /// `target` with near and far planes that bracket everything that the layers can hold.
@@ -43,9 +45,9 @@ Camera bracketed(Camera camera, const Camera& source) {
       source.position + source.forward * (0.5 * (source.nearDepth + source.farDepth));
   const double depth = glm::dot(middle - camera.position, camera.forward);
   camera.farDepth = depth + reach;
-  camera.nearDepth = camera.projection == Projection::Orthographic
-                         ? depth - reach
-                         : std::max(depth - reach, 1e-3 * (depth + reach));
+  camera.nearDepth = camera.projection == Projection::Perspective
+                         ? std::max(depth - reach, 1e-3 * (depth + reach))
+                         : depth - reach;
   return camera;
 }
 
@@ -102,9 +104,9 @@ LightSetup lightSetup(const Look& look, const Camera& source, const Camera& targ
   setup.normals = look.normals;
   setup.ao = look.ao;
   setup.aoRadiusWorld = look.ao.radius * domainDiagonal;
-  setup.viewer = sourceFromTarget * (target.projection == Projection::Orthographic
-                                         ? glm::dvec4(0.0, 0.0, 1.0, 0.0)
-                                         : glm::dvec4(0.0, 0.0, 0.0, 1.0));
+  setup.viewer = sourceFromTarget * (target.projection == Projection::Perspective
+                                         ? glm::dvec4(0.0, 0.0, 0.0, 1.0)
+                                         : glm::dvec4(0.0, 0.0, 1.0, 0.0));
   return setup;
 }
 
@@ -125,8 +127,8 @@ gl::Texture LayerPass::light(const LayerTextures& layers, const LightSetup& setu
   lit.use();
   gpu::bindSampler(lit, "depth", 0, layers.depth);
   gpu::bindSampler(lit, "normals", 1, layers.normal);
-  const glm::vec3 unproject = unprojectOf(layers.camera, layers.size, kDeriveJump);
-  gl.Uniform3fv(lit.uniform("unproject"), 1, glm::value_ptr(unproject));
+  const glm::vec4 unproject = unprojectOf(layers.camera, layers.size, kDeriveJump);
+  gl.Uniform4fv(lit.uniform("unproject"), 1, glm::value_ptr(unproject));
   std::array<float, 32> from{};
   const std::size_t count = std::min<std::size_t>(setup.directions.size(), 8);
   for (std::size_t i = 0; i < count; ++i) {
@@ -169,8 +171,8 @@ WarpedView LayerPass::warp(const LayerTextures& layers, const gl::Texture& color
   gpu::bindSampler(warp, "colors", 2, colors);
   gpu::bindSampler(warp, "light", 3, light ? *light : colors);
   gl.Uniform1i(warp.uniform("lit"), light != nullptr);
-  const glm::vec3 unproject = unprojectOf(layers.camera, layers.size, kPlainJump);
-  gl.Uniform3fv(warp.uniform("unproject"), 1, glm::value_ptr(unproject));
+  const glm::vec4 unproject = unprojectOf(layers.camera, layers.size, kPlainJump);
+  gl.Uniform4fv(warp.uniform("unproject"), 1, glm::value_ptr(unproject));
   const Camera camera = bracketed(target, layers.camera);
   const glm::dmat4 eyeFromEye = camera.eyeFromWorld() * layers.camera.worldFromEye();
   glm::mat4 clipFromEye(camera.clipFromEye(size.aspect()) * eyeFromEye);

@@ -47,8 +47,8 @@ struct LightSetup {
   NormalSource normals = NormalSource::Stored;
   AmbientOcclusion ao;
   double aoRadiusWorld = 0.0;
-  /// Where the viewer is: for orthographic viewers the unit direction toward them (w = 0), else
-  /// their position (w = 1).
+  /// Where the viewer is: for perspective viewers their position (w = 1), else the unit direction
+  /// toward them (w = 0).
   glm::dvec4 viewer{0.0, 0.0, 1.0, 0.0};
 };
 
@@ -73,7 +73,8 @@ class LayerPass {
   /// Draws the layers from `target`. `colors` [layer]: premultiplied RGBA of each source pixel;
   /// `light` may be null. Surfaces stretched across silhouettes fill what no sample covers and
   /// count as guess; so do depths that are only likely, surfaces seen from behind and, if `unseen`,
-  /// rays through space that no stored ray saw before the layer itself is met.
+  /// rays through space that no stored ray saw before the layer itself is met. The layers' camera
+  /// may be multi-perspective, `target` not (InvalidArgument).
   WarpedView warp(const LayerTextures& layers, const gl::Texture& colors, const gl::Texture* light,
                   const Camera& target, ImageSize size, bool unseen);
 

@@ -96,7 +96,7 @@ PieceLists piecesFromLength(const LengthPlanes& planes, Order wanted) {
   const ImageSize size = planes.header.size;
   const Camera& camera = planes.header.camera;
   const bool ends = order == Order::Runs && !planes.first.empty() && !planes.last.empty();
-  const bool perspective = camera.projection == Projection::Perspective;
+  const bool slanted = camera.projection != Projection::Orthographic;
   // In diagonals amounts are between 0 and 1, where a half is precise to 2^-11 of any of them.
   const double diagonal = planes.header.domain.diagonal();
   const double unit = diagonal > 0.0 ? diagonal : 1.0;
@@ -116,7 +116,7 @@ PieceLists piecesFromLength(const LengthPlanes& planes, Order wanted) {
           rayEnds.first = int(planes.first[i]) - 1;
           rayEnds.last = int(planes.last[i]) - 1;
         }
-        if (perspective) {
+        if (slanted) {
           const auto x = double(i % std::size_t(size.width)),
                      y = double(i / std::size_t(size.width));
           rayEnds.depthPerLength =

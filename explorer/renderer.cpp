@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "explorer/annotate.h"
@@ -32,8 +31,6 @@ std::string chosen(const std::string& wanted, const std::vector<std::string>& th
   }
   return *found;
 }
-
-double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
 }  // namespace
 
@@ -125,13 +122,7 @@ Rendered Renderer::render(const Look& look) {
   const std::string viewName = chosen(look.view, archive.views(), archive, "view");
   self.device->run([&] {
     ViewData& base = self.views->get(cycle, viewName, field);
-    const Camera stored = base.header().camera;
-    out.camera = look.rotate.isZero()
-                     ? stored
-                     : stored.orbited(base.header().domain.center(), radians(look.rotate.azimuth),
-                                      radians(look.rotate.elevation), radians(look.rotate.roll));
-    // Only the pictures that are stored have any but square pixels.
-    if (!look.rotate.isZero()) out.camera.pixelAspect = 1.0;
+    out.camera = self.cameraOf(look, base);
     const bool learned = look.color == Coloring::Learned;
     Impl::Stacks stacks =
         learned ? Impl::Stacks::None : self.stacksAnswer(look, cycle, field, base, out.camera, out);

@@ -22,6 +22,23 @@ bool isEdited(const Look& look) {
          !look.factors.empty() || look.shading == Shading::Phong || look.ao.on;
 }
 
+Camera Renderer::Impl::cameraOf(const Look& look, const ViewData& base) const {
+  const ProxyHeader& header = base.header();
+  const bool picture = look.color == Coloring::Learned || look.source == Source::Volume ||
+                       look.source == Source::Mip || look.source == Source::Reference ||
+                       (look.source == Source::Auto && !base.has(kind::kDepth) &&
+                        !base.has(kind::kLength) && !base.has(kind::kField));
+  if (look.rotate.isZero() && !look.needsGrid() && picture) return header.camera;
+  const Camera camera = undistorted(header.camera, header.domain, header.size.aspect());
+  if (look.rotate.isZero()) return camera;
+  const auto radians = [](double degrees) { return degrees * std::numbers::pi / 180.0; };
+  Camera turned = camera.orbited(header.domain.center(), radians(look.rotate.azimuth),
+                                 radians(look.rotate.elevation), radians(look.rotate.roll));
+  // Only the pictures that are stored have any but square pixels.
+  turned.pixelAspect = 1.0;
+  return turned;
+}
+
 ViewData& Renderer::Impl::sourceFor(const Look& look, long cycle, const std::string& field,
                                     ViewData& base, const Camera& target, Rendered& out) {
   if (look.rotate.isZero()) return base;
@@ -124,6 +141,7 @@ bool Renderer::Impl::fieldAnswers(const Look& look, long cycle, const std::strin
                 std::string("look key '") + key + "' needs source auto, field or sliced");
   }
   if (look.source != Source::Auto) return false;
+  if (target.projection == Projection::MultiPerspective) return false;  // as stored, or not at all
   const Asked asked{target != base.header().camera, isEdited(look)};
   const auto other = otherThanField(look, cycle, field, base, sliced, asked);
   if (grid && !there && !other) missing(key);
@@ -151,6 +169,7 @@ bool Renderer::Impl::fieldAnswers(const Look& look, long cycle, const std::strin
 Renderer::Impl::Stacks Renderer::Impl::stacksAnswer(const Look& look, long cycle,
                                                     const std::string& field, const ViewData& base,
                                                     const Camera& target, Rendered& out) const {
+  if (target.projection == Projection::MultiPerspective) return Stacks::None;
   const bool wanted = look.source == Source::Sliced;
   if (!wanted && look.source != Source::Auto) return Stacks::None;
   if (StackSource::viewsOf(*archive, cycle, field).empty()) {

@@ -27,6 +27,10 @@ struct Renderer::Impl {
   std::unique_ptr<LearnedPass> learned;
   std::unique_ptr<StackSource> stacks;  ///< those that were asked for last
 
+  /// The viewer of a look. Multi-perspective views are looked at without their distortion, so that
+  /// nothing jumps when they are turned, unless the look asks for what is stored as it is, or nothing
+  /// else is.
+  Camera cameraOf(const Look& look, const ViewData& base) const;
   /// The view that answers: the stored one that looks most nearly along the target's direction.
   ViewData& sourceFor(const Look& look, long cycle, const std::string& field, ViewData& base,
                       const Camera& target, Rendered& out);

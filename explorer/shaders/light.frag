@@ -9,8 +9,9 @@ precision highp sampler2DArray;
 uniform sampler2DArray depth;   // planar Z, +inf = nothing
 uniform sampler2DArray normals; // eye space; zero = derive from depth
 uniform int layer;
-uniform vec3 unproject;         // eye xy = (pixel - size / 2) * (x, -x) * (perspective ? Z : 1):
-                                // x = world per pixel, y = perspective ? 1 : 0, z = silhouette jump
+uniform vec4 unproject;         // eye xy = (pixel - size / 2) * (x, -x) * (perspective ? Z : 1), made
+                                // shorter by w Z: x = world per pixel, y = perspective ? 1 : 0,
+                                // z = silhouette jump, w = 1 / κ of a multi-perspective camera or 0
 uniform int lights;
 uniform vec4 lightFrom[8];      // unit direction to the light, intensity
 uniform vec4 material;          // ambient, diffuse, specular, shininess
@@ -34,6 +35,7 @@ float depthAt(ivec2 pixel) {
 
 vec3 positionAt(vec2 center, float z) {
   vec2 across = (center - 0.5 * vec2(size())) * vec2(unproject.x, -unproject.x);
+  across *= max(1.0 - unproject.w * z / max(length(across), 1e-30), 0.0);
   return vec3(across * (unproject.y > 0.5 ? z : 1.0), -z);
 }
 
@@ -70,7 +72,9 @@ float arc(float angle, float tilt) {
 // its rise above the tangent plane, the clamped <P(q) - P(p), n> of eq. 5. Neighbours behind one
 // another cover the same directions, so the greatest rise on each side counts.
 float occlusion(vec2 pixel, vec3 position, vec3 n) {
-  vec3 sight = unproject.y > 0.5 ? normalize(-position) : vec3(0.0, 0.0, 1.0);
+  vec2 fromPole = position.xy / max(length(position.xy), 1e-30);
+  vec3 sight = unproject.y > 0.5 ? normalize(-position)
+                                 : normalize(vec3(unproject.w * fromPole, 1.0));
   float reach = ao.y / pixelWorld(-position.z);
   float sum = 0.0;
   for (int i = 0; i < kSlices; ++i) {

@@ -10,7 +10,7 @@ uniform sampler2DArray depth;
 uniform sampler2DArray normals;  // a = 1: the depth is no more than likely
 uniform sampler2DArray colors;
 uniform sampler2DArray light;
-uniform vec3 unproject;
+uniform vec4 unproject;
 uniform bool lit;
 uniform int layer;
 

@@ -1,7 +1,7 @@
 #version 300 es
 // SPDX-License-Identifier: BSD-3-Clause
-// A depth layer drawn from another camera (visualization-by-proxy §4.3, without distortion). No
-// attributes. Whole surface: each pixel is a quad whose corners lie at the mean depth of the pixels
+// A depth layer drawn from another camera (visualization-by-proxy §4.3: undistortion, eq. 3-4, and
+// projection). No attributes. Whole surface: each pixel is a quad whose corners lie at the mean depth of the pixels
 // around that belong to the same surface, so that neighbours join and silhouettes break. Mesh: the
 // triangles between pixel centres; they close the cracks between quads that disagree about a corner,
 // are stretched surface where silhouettes tear them, and bound unseen space where the gap is too
@@ -16,7 +16,7 @@ uniform sampler2DArray depth;
 uniform sampler2DArray normals;
 uniform sampler2DArray colors;
 uniform int layer;
-uniform vec3 unproject;      // as in light.frag; z: jump in pixels that any slope may have
+uniform vec4 unproject;      // as in light.frag; z: jump in pixels that any slope may have
 uniform mat4 clipFromEye;    // eye space of the layers' camera to clip space of the new one
 uniform vec4 planarDepth;    // dot with the eye position (w = 1): planar Z from the new camera
 uniform int part;            // 0 whole surface, 1 mesh, 2 unseen
@@ -31,9 +31,15 @@ out float newDepth;
 
 float pixelWorld(float z) { return unproject.x * (unproject.y > 0.5 ? z : 1.0); }
 
+// Of a pixel's centre, on the camera plane or, in perspective, at depth 1.
+vec2 acrossAt(vec2 center) {
+  return (center + 0.5 - 0.5 * vec2(textureSize(depth, 0).xy)) * vec2(unproject.x, -unproject.x);
+}
+
 vec3 eyeAt(vec2 center, float z) {
-  vec2 across = (center + 0.5 - 0.5 * vec2(textureSize(depth, 0).xy)) *
-                vec2(unproject.x, -unproject.x);
+  vec2 across = acrossAt(center);
+  float radius = max(length(across), 1e-30);
+  across *= max(1.0 - unproject.w * z / radius, 0.0);
   return vec3(across * (unproject.y > 0.5 ? z : 1.0), -z);
 }
 
@@ -42,7 +48,10 @@ float depthAt(ivec2 pixel) { return texelFetch(depth, ivec3(pixel, layer), 0).r;
 // Of the surface against the picture; a moderate one where no normal tells.
 float slopeAt(ivec2 pixel) {
   vec3 n = texelFetch(normals, ivec3(pixel, layer), 0).xyz;
-  return dot(n, n) < 0.25 ? 2.5 : min(length(n.xy) / max(n.z, 0.05), 8.0);
+  // Against the ray, which leans toward the pole where rays converge.
+  vec2 across = acrossAt(vec2(pixel));
+  float facing = n.z + unproject.w * dot(n.xy, across) / max(length(across), 1e-30);
+  return dot(n, n) < 0.25 ? 2.5 : min(length(n.xy) / max(facing, 0.05), 8.0);
 }
 
 // How far depth may differ between neighbours of one surface.
@@ -108,13 +117,17 @@ void placeMeshCorner(int quad, int which, bool second) {
 
 // Planar depth at which a ray leaves the domain.
 float exitDepth(vec2 center) {
-  vec3 one = eyeAt(center, 1.0);
-  vec3 start = unproject.y > 0.5 ? vec3(0.0) : vec3(one.xy, 0.0);
+  vec2 across = acrossAt(center);
+  float radius = length(across);
+  bool perspective = unproject.y > 0.5;
+  vec3 start = perspective ? vec3(0.0) : vec3(across, 0.0);
+  vec2 lean = perspective ? across : -unproject.w * across / max(radius, 1e-30);
   vec3 origin = (domainFromEye * vec4(start, 1.0)).xyz;
-  vec3 along = (domainFromEye * vec4(one - start, 0.0)).xyz;
+  vec3 along = (domainFromEye * vec4(lean, -1.0, 0.0)).xyz;
   along = mix(along, vec3(1e-12), lessThan(abs(along), vec3(1e-12)));
   vec3 far = (sign(along) * domainHalf - origin) / along;
-  return min(far.x, min(far.y, far.z));
+  float exit = min(far.x, min(far.y, far.z));
+  return unproject.w > 0.0 ? min(exit, radius / unproject.w) : exit;
 }
 
 // Walls stand where opacity passes a power of two, so that a ray that only crosses the shadow meets

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Multi-perspective views: what can be seen of them from elsewhere.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "explorer/metrics.h"
+#include "explorer/renderer.h"
+#include "proxy/error.h"
+#include "proxy/gl/device.h"
+#include "proxy/proxy_layout.h"
+#include "synthetic.h"
+
+namespace vestige {
+namespace {
+
+constexpr ImageSize kSize{160, 160};
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr double kRadius = 0.5;
+
+ProxyHeader headerOf(bool distorted) {
+  ProxyHeader header = synthetic::header(kind::kDepth, kSize);
+  header.isovalues = {1.0 - kRadius};
+  if (!distorted) return header;
+  header.view = "front_distorted";
+  header.camera = frameBoxDistorted(header.domain, {0, 1, 0}, {0, 0, 1}, 1.0);
+  return header;
+}
+
+/// The length to a ray's first point of a ball around `centre`; infinite where it misses.
+double reach(const Ray& ray, glm::dvec3 centre, double radius) {
+  const glm::dvec3 offset = ray.origin - centre;
+  const double b = -glm::dot(offset, ray.direction);
+  const double rest = b * b - glm::dot(offset, offset) + radius * radius;
+  if (rest <= 0.0) return HUGE_VAL;
+  const double s = b - std::sqrt(rest);
+  return s >= 0.0 && s * ray.depthPerLength <= ray.lastDepth ? s : HUGE_VAL;
+}
+
+Ray rayOf(const Camera& camera, std::size_t pixel, ImageSize size = kSize) {
+  const auto width = std::size_t(size.width);
+  return camera.rayThrough({double(pixel % width) + 0.5, double(pixel / width) + 0.5}, size);
+}
+
+/// A depth layer of the ball with its normals.
+ProxyImage ball(bool distorted) {
+  const ProxyHeader header = headerOf(distorted);
+  const std::size_t pixels = kSize.pixels();
+  std::vector<float> depth(pixels, kInfinity), normal(3 * pixels, 0.0f);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const Ray ray = rayOf(header.camera, i);
+    const double s = reach(ray, glm::dvec3(0.0), kRadius);
+    if (!(s < HUGE_VAL)) continue;
+    depth[i] = float(s * ray.depthPerLength);
+    const glm::dvec3 n =
+        glm::dmat3(header.camera.eyeFromWorld()) * ((ray.origin + s * ray.direction) / kRadius);
+    for (std::size_t c = 0; c < 3; ++c) normal[c * pixels + i] = float(n[int(c)]);
+  }
+  return depthImage(header, depth, normal);
+}
+
+std::shared_ptr<gl::Device> device() {
+  static const std::shared_ptr<gl::Device> shared = gl::Device::create();
+  return shared;
+}
+
+class Distorted : public testing::Test {
+ protected:
+  void write(const std::vector<ProxyImage>& images) {
+    ArchiveWriter writer(path(), ExistingArchive::Overwrite);
+    std::vector<EncodedProxy> proxies;
+    for (const ProxyImage& image : images) proxies.push_back(encodeProxy(image));
+    writer.writeStep(proxies);
+  }
+  std::filesystem::path path() const { return folder_.path() / "ball.cdb"; }
+  Rendered render(const Look& look) const {
+    return Renderer(device(), std::make_shared<const Archive>(path())).render(look);
+  }
+
+  synthetic::TemporaryFolder folder_;
+};
+
+/// The ball from there: the share of its pixels that have the right depth, to two pixels of the
+/// distorted picture, and of those that have another.
+struct Seen {
+  double covered, wrong;
+};
+Seen compare(const Rendered& rendered, std::size_t pixels) {
+  constexpr double kTwoPixels = 2.0 * 2.0 * 1.02 * 2.4143 / kSize.height;
+  std::size_t all = 0, right = 0, wrong = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const Ray ray = rayOf(rendered.camera, i);
+    const double s = reach(ray, glm::dvec3(0.0), 0.98 * kRadius);  // its rim aside
+    if (!(s < HUGE_VAL)) continue;
+    ++all;
+    if (!std::isfinite(rendered.depth[i])) continue;
+    const double truth = reach(ray, glm::dvec3(0.0), kRadius) * ray.depthPerLength;
+    ++(std::abs(double(rendered.depth[i]) - truth) < kTwoPixels ? right : wrong);
+  }
+  return {double(right) / double(all), double(wrong) / double(all)};
+}
+
+TEST_F(Distorted, ABallIsSeenWhereItIsAndFromFartherRoundThanAFlatPictureShows) {
+  write({ball(true), ball(false)});
+  for (const double azimuth : {0.0, 30.0, 60.0, 90.0}) {
+    Look look;
+    look.view = "front_distorted";
+    look.rotate.azimuth = azimuth;
+    look.source = Source::Layers;
+    const Rendered rendered = render(look);
+    EXPECT_EQ(rendered.camera.projection, Projection::Orthographic);
+    const Seen distorted = compare(rendered, kSize.pixels());
+    // The rays reach 45 degrees behind the widest place. From the side the far side's inside shows
+    // through what they did not reach.
+    EXPECT_GT(distorted.covered, azimuth <= 30.0 ? 0.999 : azimuth <= 60.0 ? 0.97 : 0.8) << azimuth;
+    EXPECT_LE(distorted.wrong, azimuth <= 60.0 ? 0.0 : 0.2) << azimuth;
+    look.view = "front";
+    const Seen flat = compare(render(look), kSize.pixels());
+    EXPECT_GE(distorted.covered, flat.covered) << azimuth;
+    if (azimuth >= 60.0) {
+      EXPECT_GT(distorted.covered, flat.covered + 0.15) << azimuth;
+    }
+  }
+}
+
+TEST_F(Distorted, NormalsOfUndistortedDepthAreThoseOfTheBall) {
+  write({ball(true)});
+  Look look;
+  look.rotate.azimuth = 40.0;
+  look.source = Source::Layers;
+  look.shading = Shading::Phong;
+  look.material = {0.0, 1.0, 0.0, 32.0};
+  look.lights = {{0.0, 0.0, 1.0}};
+  look.opacity = {{0.0, 1.0}, {1.0, 1.0}};
+  look.colormap = "grey";
+  look.colorRange = {-1.0, 1.0 - kRadius};  // the surface is white
+  for (const NormalSource normals : {NormalSource::Stored, NormalSource::Depth}) {
+    look.normals = normals;
+    const Rendered rendered = render(look);
+    const glm::dmat3 eye(rendered.camera.eyeFromWorld());
+    int compared = 0;
+    double worst = 0.0;
+    for (std::size_t i = 0; i < kSize.pixels(); ++i) {
+      const Ray ray = rayOf(rendered.camera, i);
+      const double s = reach(ray, glm::dvec3(0.0), kRadius);
+      if (!(s < HUGE_VAL) || !std::isfinite(rendered.depth[i])) continue;
+      const double facing = (eye * ((ray.origin + s * ray.direction) / kRadius)).z;
+      if (facing < 0.3) continue;
+      ++compared;
+      worst = std::max(worst, std::abs(facing - double(rendered.picture.rgba[4 * i + 1])));
+    }
+    EXPECT_GT(compared, 500);
+    EXPECT_LT(worst, normals == NormalSource::Stored ? 0.03 : 0.12);
+  }
+}
+
+TEST_F(Distorted, WhatNoRayMetIsAGuess) {
+  write({ball(true)});
+  Look look;
+  look.source = Source::Layers;
+  look.trust = true;
+  EXPECT_LT(render(look).shares.guess, 0.02);
+  look.rotate.azimuth = 120.0;
+  EXPECT_GT(render(look).shares.guess, 0.2);
+}
+
+TEST_F(Distorted, AnEdgeOfTheBoxIsDrawnAsTheCurveThatItIs) {
+  write({ball(true)});
+  Look look;
+  look.annotations.box = true;
+  EXPECT_NO_THROW(render(look));
+}
+
+}  // namespace
+}  // namespace vestige

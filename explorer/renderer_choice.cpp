@@ -152,6 +152,11 @@ bool Renderer::Impl::fieldAnswers(const Look& look, long cycle, const std::strin
     const StatedError ofStacks = *errorOf(kind::kSliced, cycle, stored.front(), field, asked);
     stated += "; stacks of other views, as a grid (source sliced), state: " + ofStacks.text();
   }
+  // The run's own picture of its own look, which nothing else makes to the last bit.
+  const auto picture = errorOf(kind::kReference, cycle, base.header().view, field, asked);
+  if (picture && picture->sum() == 0.0 && other->proxy != kind::kReference) {
+    stated += "; the run's own picture (source reference) is exact";
+  }
   if (!there) return false;
   const StatedError own = *errorOf(kind::kField, cycle, kFieldView, field, asked);
   stated = "field states: " + own.text() + "; " + stated;

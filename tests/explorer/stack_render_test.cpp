@@ -257,6 +257,17 @@ TEST_F(StackRendering, InfoStatesTheErrorOfEachStack) {
       << infoText(info);
 }
 
+TEST_F(StackRendering, TheRunsOwnPictureIsNamedWhereItIsExact) {
+  Renderer made = renderer();
+  Look look = plainLook();
+  EXPECT_TRUE(says(made.render(look), "the run's own picture (source reference) is exact"));
+  look.colormap = "hot";
+  EXPECT_FALSE(says(made.render(look), "(source reference) is exact"));
+  look = plainLook();
+  look.rotate.azimuth = 10.0;
+  EXPECT_FALSE(says(made.render(look), "(source reference) is exact"));
+}
+
 TEST_F(StackRendering, AutoTakesStacksOrTheFieldByWhatTheyState) {
   const auto noteOf = [&](const FieldReduction& reduction, const char* name, const Look& look) {
     const auto path = folder_->path() / name;

@@ -82,11 +82,13 @@ def plot(title, unit, series, lower_is_better):
     for row, (tier, line) in enumerate(series.items()):
         color = COLORS[tier]
         inside = [p for p in sorted(line) if math.isfinite(p[1])]
-        if len(inside) > 1:
-            path = "L".join(f"{x(p[0]):.1f} {y(p[1]):.1f}" for p in inside)
+        best = frontier(inside, lower_is_better)
+        if len(best) > 1:
+            path = "L".join(f"{x(p[0]):.1f} {y(p[1]):.1f}" for p in best)
             out.append(f'<path d="M{path}" fill="none" stroke="{color}" stroke-width="1.5"/>')
-        out += [f'<circle cx="{x(p[0]):.1f}" cy="{y(p[1]):.1f}" r="3" fill="{color}">'
-                f'<title>{html.escape(p[2])}</title></circle>' for p in inside]
+        out += [f'<circle cx="{x(p[0]):.1f}" cy="{y(p[1]):.1f}" r="3" stroke="{color}" '
+                f'fill="{color if p in best else "white"}"><title>{html.escape(p[2])}</title></circle>'
+                for p in inside]
         legend = top + 12 + 14 * row if lower_is_better else height - 60 - 14 * row
         out.append(f'<circle cx="{width - 160}" cy="{legend - 4}" r="3" fill="{color}"/>'
                    f'<text x="{width - 150}" y="{legend}">{NAMES[tier]}</text>')
@@ -193,7 +195,7 @@ def write(docs, figures, seeds, lines):
     if settings:
         text += ["## Rate and distortion", "",
                  "Each point is one setting of a tier (hover for it); lines join those that no other",
-                 "setting of the tier beats. Edits: mean PSNR at the stored view; `flat` in pictures of",
+                 "setting of the tier beats, the rest is hollow. Edits: mean PSNR at the stored view; `flat` in pictures of",
                  "512² or 256² pixels. Novel views: mean DSSIM at 45 degrees; a single stack is seen from",
                  "its side there, three stacks and the field serve the whole sphere. Layers hold one",
                  "look of their own (`tests/bench/layered_scenes.h`), the others any of the random ones.",
@@ -210,7 +212,6 @@ def write(docs, figures, seeds, lines):
                 value = getattr(c, figure)
                 if math.isfinite(value) and math.isfinite(c.percent):
                     series.setdefault(c.tier, []).append((c.percent, value, c.name))
-            series = {tier: frontier(line, lower) for tier, line in series.items()}
             if svg := plot(f"{scene}: {what}", unit, series, lower):
                 name = f"fidelity_{scene}_{figure}.svg"
                 (images / name).write_text(svg)

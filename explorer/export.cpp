@@ -51,6 +51,20 @@ std::string pixelLines(const ProxyPart& part, ImageSize size) {
   return text;
 }
 
+/// Planes of depths get one of their distortion Z/κ beside them in multi-perspective views
+/// (visualization-by-proxy eq. 2), which is not stored because it follows.
+void addDistortion(const ProxyHeader& header, ProxyPart& part) {
+  if (header.camera.projection != Projection::MultiPerspective) return;
+  const std::size_t stored = part.channels.size();
+  for (std::size_t i = 0; i < stored; ++i) {
+    if (part.channels[i].name != "Z" && part.name != "depth") continue;
+    Channel distortion = part.channels[i];
+    distortion.name = "distortion_" + distortion.name;
+    for (float& v : distortion.values) v = float(double(v) / header.camera.convergence);
+    part.channels.push_back(std::move(distortion));
+  }
+}
+
 /// The headers of one file a (cycle, field): statistics are the same in all.
 template <typename Use>
 void forFieldSteps(const Archive& archive, const std::vector<ArchiveRow>& rows, const Use& use) {
@@ -129,7 +143,8 @@ std::vector<std::filesystem::path> exportChannels(const Archive& archive,
     const ExrFile file = archive.open(row);
     const ImageSize size = file.header().size;
     for (const std::string& name : file.partNames()) {
-      const ProxyPart part = file.part(name);
+      ProxyPart part = file.part(name);
+      addDistortion(file.header(), part);
       std::string stem = std::to_string(row.cycle) + "_" + row.view + "_" + row.field + "_" +
                          row.proxy + "_" + name;
       std::replace(stem.begin(), stem.end(), '/', '_');

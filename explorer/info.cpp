@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "explorer/learned_pass.h"
+#include "explorer/radiality.h"
 #include "explorer/stack_source.h"
 #include "explorer/stated_error.h"
 #include "proxy/error.h"
@@ -163,6 +164,37 @@ std::string cellText(const json& cell) {
                                               : fmt::format("{:.4g}", value);
 }
 
+/// Of the depth layers of the last step; of the first so many files only, as whole files are
+/// decoded.
+json radialityInfo(const Archive& archive) {
+  constexpr std::size_t kMostFiles = 12;
+  json list = json::array();
+  for (const ArchiveRow& row : archive.rows()) {
+    if (row.proxy != kind::kDepth || row.cycle != archive.cycles().back()) continue;
+    if (list.size() == kMostFiles) break;
+    json entry{{"view", row.view}, {"field", row.field}};
+    try {
+      const Radiality radiality = radialityOf(depthLayers(readImage(archive.open(row))));
+      entry["countsPerTenDegrees"] = radiality.counts;
+      entry["shareBeyond60"] = radiality.shareBeyond60();
+    } catch (const Error& error) {  // the rest of the archive can still be listed
+      entry["problem"] = error.what();
+    }
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+/// "12 30 25 ... %": a histogram's shares.
+std::string sharesText(const json& counts) {
+  double sum = 0.0;
+  for (const json& count : counts) sum += count.get<double>();
+  std::string text;
+  for (const json& count : counts)
+    text += fmt::format("{:.0f} ", sum > 0.0 ? 100.0 * count.get<double>() / sum : 0.0);
+  return text + "%";
+}
+
 }  // namespace
 
 json archiveInfo(const Archive& archive) {
@@ -221,6 +253,7 @@ json archiveInfo(const Archive& archive) {
       info["answers"].push_back({{"field", field}, {"turned", turned}, {"tiers", tiers}});
     }
   }
+  info["radiality"] = radialityInfo(archive);
   info["stacks"] = json::array();
   for (const ArchiveRow& row : archive.rows()) {
     if (row.proxy != kind::kSliced || row.cycle != archive.cycles().back()) continue;
@@ -298,6 +331,15 @@ std::string infoText(const json& info) {
                         stored["name"].get<std::string>(), stored["samples"][0].dump(),
                         stored["samples"][1].dump(), stored["samples"][2].dump(),
                         stored["reduction"].dump(), stored["tolerance"].get<double>());
+  }
+  for (const json& entry : info["radiality"]) {
+    text += fmt::format("  radiality of {} in view {}: ", entry["field"].get<std::string>(),
+                        entry["view"].get<std::string>());
+    text += entry.contains("problem")
+                ? entry["problem"].get<std::string>() + "\n"
+                : fmt::format("{:.0f} % beyond 60 degrees; each 10 degrees {}\n",
+                              100.0 * entry["shareBeyond60"].get<double>(),
+                              sharesText(entry["countsPerTenDegrees"]));
   }
   for (const json& stack : info["stacks"]) {
     text += fmt::format("  stack of {} in view {}: {}\n", stack["field"].get<std::string>(),

@@ -9,7 +9,8 @@
 namespace vestige {
 
 /// What an archive holds: steps, views, fields with units, range and intervals, proxies with their
-/// bytes. Opens one file a (field, proxy).
+/// bytes; and of the last step's depth layers how obliquely rays meet them (Radiality), for which it
+/// decodes at most twelve files. Otherwise opens one file a (field, proxy).
 nlohmann::json archiveInfo(const Archive& archive);
 /// The same for people.
 std::string infoText(const nlohmann::json& info);

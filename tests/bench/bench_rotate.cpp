@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// rotate_depth_correlation_SCENE_DEG[_covered] and rotate_relit_dssim_SCENE_DEG: depth layers of
-// the front view as the adaptor stores them, warped and relit by the explorer, against the raw
+// rotate_depth_correlation_SCENE_DEG[_distorted][_covered] and
+// rotate_relit_dssim_SCENE_DEG[_distorted]: depth layers of the front view as the adaptor stores
+// them, orthographic or multi-perspective, warped and relit by the explorer, against the raw
 // field's isosurface drawn on the CPU at the rotated view (visualization-by-proxy Fig. 6a).
 // usage: bench_rotate --seeds A..B LINE...
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <glm/trigonometric.hpp>
+#include <iterator>
 
 #include "explorer/metrics.h"
 #include "explorer/renderer.h"
@@ -113,21 +116,34 @@ RgbPicture litSurface(const RayImage& truth, const MarchRequest& request, const 
   return picture;
 }
 
-void measure(const std::shared_ptr<gl::Device>& device, const Subject& subject,
+/// The figures of a subject at an angle have names that end in this.
+std::string suffixOf(const Subject& subject, int degrees, bool distorted) {
+  return std::string(subject.name) + "_" + std::to_string(degrees) +
+         (distorted ? "_distorted" : "");
+}
+
+bool wanted(const BenchOptions& options, const std::string& suffix) {
+  return options.wants("rotate_depth_correlation_" + suffix) ||
+         options.wants("rotate_depth_correlation_" + suffix + "_covered") ||
+         options.wants("rotate_relit_dssim_" + suffix);
+}
+
+constexpr int kDegrees[] = {15, 30, 45, 60};
+
+void measure(const std::shared_ptr<gl::Device>& device, const Subject& subject, bool distorted,
              const BenchOptions& options) {
   const Scene scene = namedScene(subject.name, subject.size, sceneCache());
   const std::string folder =
       (std::filesystem::temp_directory_path() / ("vestige-bench-rotate-" + scene.name)).string();
-  const Camera front = frameBox(scene.domain(), {0, 1, 0}, {0, 0, 1}, 1.0);
+  const Camera front =
+      frameBox(scene.domain(), {0, 1, 0}, {0, 0, 1}, 1.0,
+               distorted ? Projection::MultiPerspective : Projection::Orthographic);
   const MarchRequest stored = requestFor(scene, front, subject.isovalue);
   Marcher marcher(device);
   Renderer renderer(device, archiveOf(marchOnGpu(marcher, scene, stored), stored, folder + ".cdb"));
-  for (const int degrees : {15, 30, 45, 60}) {
-    const std::string suffix = scene.name + "_" + std::to_string(degrees);
-    if (!options.wantsAny("rotate_depth_correlation_" + suffix) &&
-        !options.wants("rotate_relit_dssim_" + suffix)) {
-      continue;
-    }
+  for (const int degrees : kDegrees) {
+    const std::string suffix = suffixOf(subject, degrees, distorted);
+    if (!wanted(options, suffix)) continue;
     Look look;
     look.source = Source::Layers;
     look.shading = Shading::Phong;
@@ -156,13 +172,16 @@ int main(int argc, char** argv) {
   using namespace vestige::test;
   return runBench("bench_rotate", argc, argv, [](const auto& options, const auto& device) {
     for (const Subject& subject : kSubjects) {
-      const std::string name = subject.name;
-      if (!options.wantsAny("rotate_depth_correlation_" + name + "_") &&
-          !options.wantsAny("rotate_relit_dssim_" + name + "_")) {
-        continue;
+      for (const bool distorted : {false, true}) {
+        if (std::none_of(std::begin(kDegrees), std::end(kDegrees), [&](int degrees) {
+              return wanted(options, suffixOf(subject, degrees, distorted));
+            })) {
+          continue;
+        }
+        std::fprintf(stderr, "bench_rotate: %s%s\n", subject.name,
+                     distorted ? ", multi-perspective" : "");
+        measure(device, subject, distorted, options);
       }
-      std::fprintf(stderr, "bench_rotate: %s\n", subject.name);
-      measure(device, subject, options);
     }
   });
 }

@@ -4,9 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 
-#include "explorer/metrics.h"
+#include "explorer/export.h"
+#include "explorer/info.h"
+#include "explorer/radiality.h"
 #include "explorer/renderer.h"
 #include "proxy/error.h"
 #include "proxy/gl/device.h"
@@ -164,6 +168,47 @@ TEST_F(Distorted, WhatNoRayMetIsAGuess) {
   EXPECT_LT(render(look).shares.guess, 0.02);
   look.rotate.azimuth = 120.0;
   EXPECT_GT(render(look).shares.guess, 0.2);
+}
+
+TEST_F(Distorted, RadialityIsTheAngleBetweenNormalAndRay) {
+  // A parallel view of a ball: within the angle a from the middle stands the share sin² a of its
+  // pixels. Rays that close in meet it more steeply.
+  const DepthLayers flat = depthLayers(ball(false));
+  const Radiality parallel = radialityOf(flat);
+  ASSERT_GT(parallel.hits(), 1000u);
+  double within = 0.0;
+  for (std::size_t i = 0; i < 6; ++i) within += double(parallel.counts[i]);
+  EXPECT_NEAR(within / double(parallel.hits()), 0.75, 0.02);
+  EXPECT_NEAR(parallel.shareBeyond60(), 0.25, 0.02);
+  const Radiality distorted = radialityOf(depthLayers(ball(true)));
+  EXPECT_GT(distorted.hits(), 1000u);
+  EXPECT_LT(distorted.counts[0], distorted.hits());
+  DepthLayers bare = flat;
+  bare.normal[0].clear();
+  EXPECT_EQ(radialityOf(bare).hits(), 0u);
+  EXPECT_EQ(radialityOf(bare).shareBeyond60(), 0.0);
+
+  write({ball(true)});
+  const nlohmann::json info = archiveInfo(Archive(path()));
+  ASSERT_EQ(info["radiality"].size(), 1u);
+  EXPECT_EQ(info["radiality"][0]["view"], "front_distorted");
+  EXPECT_NE(infoText(info).find("multi-perspective"), std::string::npos);
+  EXPECT_NE(infoText(info).find("beyond 60 degrees"), std::string::npos) << infoText(info);
+}
+
+TEST_F(Distorted, ExportGivesTheDistortionBesideTheDepth) {
+  write({ball(true), ball(false)});
+  const Archive archive(path());
+  exportChannels(archive, archive.rows(), folder_.path() / "out", ChannelFormat::Csv, {});
+  const auto firstLine = [&](const char* view) {
+    std::ifstream file(folder_.path() / "out" /
+                       (std::string("0_") + view + "_density_depth_layer00.csv"));
+    std::string line;
+    std::getline(file, line);
+    return line;
+  };
+  EXPECT_EQ(firstLine("front_distorted"), "x,y,Z,nx,ny,nz,distortion_Z");
+  EXPECT_EQ(firstLine("front"), "x,y,Z,nx,ny,nz");
 }
 
 TEST_F(Distorted, AnEdgeOfTheBoxIsDrawnAsTheCurveThatItIs) {

@@ -18,6 +18,9 @@ constexpr std::size_t kMostClustered = std::size_t(1) << 16;
 /// Variance of an attenuation that storage in steps of 2^-12 makes: less is no information.
 constexpr double kRoundingVariance = 0x1p-24 / 12.0;
 
+/// How far a cluster's derivatives are from those of all samples, as a variance.
+constexpr double kClusterVariance = 1.0 / 256.0;
+
 /// The samples that count, as indices.
 std::vector<std::size_t> countedSamples(const LearningSamples& samples) {
   const auto channels = std::size_t(samples.channels);
@@ -81,9 +84,10 @@ struct AffineMap {
   Eigen::MatrixXd jacobian;  ///< 3 x channels
 };
 
-/// Least squares of what is left over the prior, in the samples of one cluster.
+/// Least squares of what is left over the prior, for derivatives that are off it by `variance`;
+/// infinity: without a ridge.
 AffineMap affineMapOf(const LearningSamples& samples, std::span<const std::size_t> members,
-                      const Eigen::MatrixXd& prior) {
+                      const Eigen::MatrixXd& prior, double variance) {
   const Eigen::Index channels = samples.channels;
   const auto attenuation = [&](std::size_t i) -> Eigen::VectorXd {
     return Eigen::Map<const Eigen::VectorXf>(samples.attenuation.data() + i * std::size_t(channels),
@@ -120,9 +124,9 @@ AffineMap affineMapOf(const LearningSamples& samples, std::span<const std::size_
     unexplained -= projected.row(d).squaredNorm() / weights[d];
     ++rank;
   }
-  // Derivatives are of the order of one, as colours are: a ridge by what the map cannot explain.
+  // A ridge by what the map cannot explain.
   const double freedom = 3.0 * (count - rank - 1.0);
-  const double ridge = freedom > 0.0 ? std::max(unexplained, 0.0) / freedom : scatter;
+  const double ridge = (freedom > 0.0 ? std::max(unexplained, 0.0) / freedom : scatter) / variance;
   for (Eigen::Index d = 0; d < channels; ++d) {
     if (weights[d] <= kRoundingVariance * count) continue;
     map.jacobian += projected.row(d).transpose() / (weights[d] + ridge) *
@@ -201,10 +205,13 @@ LearnedFit fitLearnedColor(const LearningSamples& samples, std::span<const glm::
   Eigen::MatrixXd priorMap(3, samples.channels);
   for (std::size_t k = 0; k < channels; ++k)
     for (int c = 0; c < 3; ++c) priorMap(c, Eigen::Index(k)) = prior[k][c];
+  // Clusters start from the map of all samples: an edit leads away from what a cluster has seen.
+  const Eigen::MatrixXd common = affineMapOf(samples, counted, priorMap, INFINITY).jacobian;
   LearnedFit fit{{samples.channels, 0, {}, {}, {}}};
   for (std::size_t k = 0; k < members.size(); ++k) {
     if (members[k].empty()) continue;
-    append(fit.table, affineMapOf(samples, members[k], priorMap), centroids.data() + k * channels);
+    append(fit.table, affineMapOf(samples, members[k], common, kClusterVariance),
+           centroids.data() + k * channels);
   }
   fit.error = errorOf(fit.table, samples, counted);
   return fit;

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr ImageSize kSize{512, 512};
+constexpr ImageSize kSize{256, 256};
 constexpr int kPictures = 3;
 constexpr double kScale = 0.1;  // as [training] scale has it by default
 constexpr int kClusters = 24;

@@ -4,6 +4,8 @@ import html
 import math
 import re
 
+import storage_plot
+
 COLORS = {"flat": "#7f7f7f", "layered": "#2ca02c", "sliced": "#d62728", "sliced3": "#9467bd",
           "field": "#1f77b4"}
 NAMES = {"flat": "flat (lengths)", "layered": "layered", "sliced": "sliced, one stack",
@@ -164,10 +166,45 @@ def novel_rows(figures):
 
 
 def other_rows(figures):
-    skip = re.compile(r"edit_psnr_\w+_(sliced|field)|edit_bytes_|novel_view_dssim_\w+_\d+$")
+    skip = re.compile(r"edit_psnr_\w+_(sliced|field)|edit_bytes_|novel_view_dssim_\w+_\d+$"
+                      r"|learned_error_|ao_|enhance_|flat_storage_")
     return [[f"`{name}`", f"{value:.4g}", unit, goal, outcome]
             for name, (value, unit, goal, outcome) in figures.items()
             if not skip.match(name) and not math.isnan(value)]
+
+
+def learned_section(figures):
+    scenes = dict.fromkeys(m[1] for m in (re.match(r"learned_error_([a-z]+)_", n) for n in figures)
+                           if m)
+    if not scenes:
+        return []
+    columns = ("K1", "K8", "K24", "K48", "T1", "T2", "T3", "function")
+    rows = [[scene] + [measured(figures, f"learned_error_{scene}_{c}", "{:.2e}") for c in columns]
+            for scene in scenes]
+    return ["## Learned colours", "",
+            "Mean squared error of lit pictures (headlight) under opacities that no training picture had:",
+            "four groups of values, each at a random share of its opacity. `K`: clusters, from three",
+            "training pictures; `T`: training pictures, 24 clusters; `function`: the transfer function's",
+            "own colours, without light. Attenuation is recomposed from lengths; 256², 16 intervals.", "",
+            *table(["scene", *columns], rows)]
+
+
+def effects_section(figures):
+    rows = []
+    for what, ours, theirs in (("ao", "proxy", "mask"), ("enhance", "attenuation", "image")):
+        for scene in dict.fromkeys(m[1] for m in (re.match(what + r"_([a-z]+)_", n)
+                                                  for n in figures) if m):
+            rows.append([{"ao": "ambient occlusion", "enhance": "enhancement"}[what], scene] +
+                        [measured(figures, f"{what}_{scene}_{way}", "{:.3f}")
+                         for way in (ours, theirs)])
+    if not rows:
+        return []
+    return ["## What stands in for light", "",
+            "Correlation with the raw field's own light: ambient occlusion from depth layers, and the best",
+            "isotropic unsharp mask of depth, with the share of the hemisphere that the isosurface covers;",
+            "depth-aware enhancement (gradients of attenuation), and the gradient of the picture, with how",
+            "much a headlight darkens a pixel.", "",
+            *table(["effect", "scene", "from the proxy", "from the picture"], rows)]
 
 
 def write(docs, figures, seeds, lines):
@@ -189,6 +226,8 @@ def write(docs, figures, seeds, lines):
     text += table(["scene", "tier", "functions", "mean", "min", "bytes, %"], edit_rows(figures))
     text += ["## Novel views", "", "DSSIM by degrees from the stored view.", ""]
     text += table(["scene", "tier", "5", "10", "15", "30", "45", "60", "90"], novel_rows(figures))
+    text += learned_section(figures) + effects_section(figures)
+    text += storage_plot.section(figures, images)
     if others := other_rows(figures):
         text += ["## Other figures", ""]
         text += table(["line", "value", "unit", "goal", ""], others)

@@ -15,7 +15,8 @@ import fidelity_page
 
 HERE = pathlib.Path(__file__).resolve().parent
 # What the page docs/fidelity.md is made of; `scripts/bench fidelity` measures these and writes it.
-FIDELITY = ("edit_psnr_", "edit_bytes_", "novel_view_")
+FIDELITY = ("edit_psnr_", "edit_bytes_", "novel_view_", "learned_error_", "ao_", "enhance_",
+            "flat_storage_")
 
 
 def read_table():

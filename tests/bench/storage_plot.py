@@ -81,13 +81,14 @@ def section(figures, images):
              "![bytes of flat proxies and of fields](images/flat_storage.svg)", "",
              "| field | pixels | n | bytes | % of the field | seconds |", "|---|---|---|---|---|---|"]
     for scene, volume, pixels, proxies, size, seconds in rows:
+        took = "-" if math.isnan(seconds) else f"{seconds:.2f}"
         lines.append(f"| {scene} {volume}³ | {pixels}² | {proxies} | {size / 1e6:.2f} MB | "
-                     f"{100 * size / (4 * volume ** 3):.2f} | {seconds:.2f} |")
+                     f"{100 * size / (4 * volume ** 3):.2f} | {took} |")
     sizes = [row for row in rows if row[1] == 256 and row[2] >= 512]
     if sizes:
         most = max(sizes, key=lambda row: row[4])
         lines += ["", f"The most that was measured, {most[3]} proxies of {most[2]}² pixels "
-                  f"({most[4] / 1e6:.0f} MB), would be " +
+                  f"({most[4] / 1e6:.0f} MB), would be",
                   ", ".join(f"{100 * most[4] / (4 * side ** 3):.2g} % of {side}³"
                             for side in SIDES[3:]) + " in float32, by this arithmetic."]
     return lines + [""]

@@ -7,6 +7,7 @@
 
 #include "explorer/gpu.h"
 #include "explorer/picture.h"
+#include "explorer/probed_rays.h"
 #include "proxy/layered_layout.h"
 
 namespace vestige {
@@ -46,7 +47,7 @@ class LayeredPass {
  private:
   const gl::Program& program(int layers);
   std::map<int, gl::Program> programs_;
-  gl::Framebuffer framebuffer_;
+  ProbedRays rays_;
   gl::VertexArray empty_;
 };
 

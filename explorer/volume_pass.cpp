@@ -8,7 +8,6 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
-#include "between_frag.embed.h"
 #include "brick_frag.embed.h"
 #include "fullscreen_vert.embed.h"
 #include "normal_frag.embed.h"
@@ -173,27 +172,12 @@ VolumeView VolumePass::render(const LookGrid& grid, const VolumeSetup& setup) {
     return gpu::texture2D(GL_RGBA32F, of, GL_RGBA, GL_FLOAT, nullptr);
   };
   const gl::Texture color = target(size), info = target(size);
-  const std::array<gpu::Attachment, 2> attachments{{{&color}, {&info}}};
   // Cells that are several pixels wide need not be cast at every pixel.
-  const bool probes = setup.tolerance > 0.0 && pixelsPerCell(grid, setup) >= kProbePixels;
-  const auto cast = [&](std::span<const gpu::Attachment> to, ImageSize rays, double pixelStep,
-                        const Probes* known) {
-    gpu::bindTarget(framebuffer_, to, rays);
-    const gl::Program& program = bind(grid, setup, known);
-    gl.Uniform1f(program.uniform("pixelStep"), float(pixelStep));
+  const bool probes = pixelsPerCell(grid, setup) >= kProbePixels;
+  rays_.render(color, info, size, probes ? setup.tolerance : 0.0, [&](float pixelStep) {
+    gl.Uniform1f(bind(grid, setup).uniform("pixelStep"), pixelStep);
     gpu::drawFullscreen(empty_);
-  };
-  if (probes) {
-    const ImageSize half{size.width / 2 + 1, size.height / 2 + 1};
-    const Probes known{target(half), target(half), gpu::textureArray(GL_RGBA32F, half, 3),
-                       target(half)};
-    const std::array<gpu::Attachment, 2> both{{{&known.color}, {&known.info}}};
-    cast(both, half, 2.0, nullptr);
-    findBetween(known, half, setup.tolerance);
-    cast(attachments, size, 1.0, &known);
-  } else {
-    cast(attachments, size, 1.0, nullptr);
-  }
+  });
   VolumeView view;
   view.picture = {size, gpu::readFloats(size, 0)};
   const std::vector<float> extra = gpu::readFloats(size, 1);
@@ -204,8 +188,6 @@ VolumeView VolumePass::render(const LookGrid& grid, const VolumeSetup& setup) {
     view.depth[i] = z > 1e29f ? std::numeric_limits<float>::infinity() : z;
     view.guess[i] = extra[4 * i + 1];
   }
-  // A framebuffer that had two colour attachments must not keep the second.
-  gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, 0, 0);
   gl::checkErrors("drawing a grid");
   return view;
 }
@@ -239,24 +221,7 @@ double VolumePass::longestStep(const LookGrid& grid, const OpticsTable& table, c
   return longest;
 }
 
-void VolumePass::findBetween(const Probes& probes, ImageSize size, double tolerance) {
-  const gl::Functions& gl = gl::functions();
-  const std::array<gpu::Attachment, 4> targets{
-      {{&probes.between, 0}, {&probes.between, 1}, {&probes.between, 2}, {&probes.betweenInfo}}};
-  gpu::bindTarget(framebuffer_, targets, size);
-  const gl::Program& find = program("between", embedded::between_frag, {});
-  find.use();
-  gpu::bindSampler(find, "probes", 0, probes.color);
-  gpu::bindSampler(find, "probeInfo", 1, probes.info);
-  gl.Uniform1f(find.uniform("tolerance"), float(tolerance));
-  gpu::drawFullscreen(empty_);
-  for (const GLenum unused : {GL_COLOR_ATTACHMENT2, GL_COLOR_ATTACHMENT3}) {
-    gl.FramebufferTexture2D(GL_FRAMEBUFFER, unused, GL_TEXTURE_2D, 0, 0);
-  }
-}
-
-const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& setup,
-                                    const Probes* probes) {
+const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& setup) {
   const gl::Functions& gl = gl::functions();
   const bool scalar = grid.content == GridContent::Scalar;
   const bool marches = setup.mode != VolumeMode::Slice;
@@ -275,7 +240,6 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
   define(opens, "OPEN");
   define(grid.guess.has_value(), "GUESS");
   define(skips, "SKIP");
-  define(probes, "PROBED");
   const gl::Program& cast = program("volume", embedded::volume_frag, defines);
   cast.use();
 
@@ -333,12 +297,6 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
                  setup.light ? float(setup.light->ao.strength) : 1.0f);
   }
   if (grid.guess) gpu::bindSampler(cast, "guess", 4, *grid.guess);
-  if (probes) {
-    gpu::bindSampler(cast, "probes", 6, probes->color);
-    gpu::bindSampler(cast, "probeInfo", 7, probes->info);
-    gpu::bindSampler(cast, "between", 8, probes->between);
-    gpu::bindSampler(cast, "betweenInfo", 9, probes->betweenInfo);
-  }
   if (shades) {
     setLight(cast, *setup.light);
     const glm::dmat3 eyeFromWorld(setup.camera.eyeFromWorld());

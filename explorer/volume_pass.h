@@ -9,6 +9,7 @@
 #include "explorer/layer_pass.h"
 #include "explorer/look_grid.h"
 #include "explorer/picture.h"
+#include "explorer/probed_rays.h"
 #include "proxy/box.h"
 #include "proxy/camera.h"
 
@@ -68,9 +69,9 @@ class VolumePass {
  public:
   /// Throws InvalidArgument naming what does not fit the grid's content.
   VolumeView render(const LookGrid& grid, const VolumeSetup& setup);
-  /// The longest step of 1/2, 1, 2, 3 and 4 cells through a scalar grid that changes no more of a picture
-  /// than can be seen, judged by 64 x 64 rays askew through the box: hard edges of the opacity need
-  /// short steps, smooth functions do not. Depends on grid and table alone.
+  /// The longest step of 1/2, 1, 2, 3 and 4 cells through a scalar grid that changes no more of a
+  /// picture than can be seen, judged by 64 x 64 rays askew through the box: hard edges of the
+  /// opacity need short steps, smooth functions do not. Depends on grid and table alone.
   double longestStep(const LookGrid& grid, const OpticsTable& table, const Box& box);
   /// Finds the bricks of an optics grid that have something to show.
   void findBricks(LookGrid& grid);
@@ -90,16 +91,11 @@ class VolumePass {
   using Defines = std::vector<std::pair<std::string, std::string>>;
   const gl::Program& program(const std::string& name, std::string_view fragment,
                              const Defines& defines);
-  /// Rays through every other pixel, and what they say of those between.
-  struct Probes {
-    gl::Texture color, info;
-    gl::Texture between, betweenInfo;
-  };
-  void findBetween(const Probes& probes, ImageSize size, double tolerance);
   /// Makes the program of a setup current, all uniforms and textures set.
-  const gl::Program& bind(const LookGrid& grid, const VolumeSetup& setup, const Probes* probes);
+  const gl::Program& bind(const LookGrid& grid, const VolumeSetup& setup);
   void drawLayers(const gl::Program& pass, const gl::Texture& target, glm::ivec3 size);
   std::map<std::string, gl::Program> programs_;
+  ProbedRays rays_;
   gl::Framebuffer framebuffer_;
   gl::VertexArray empty_;
 };

@@ -47,6 +47,8 @@ void main() {
   vec4 depths = vec4(i00.r, i10.r, i01.r, i11.r);
   // Rays that see nothing have no depth: four that do, or four that do not.
   float seen = dot(vec4(lessThan(depths, vec4(1e29))), vec4(1.0));
+  vec4 guesses = vec4(i00.g, i10.g, i01.g, i11.g);
+  bool alike = greatest(guesses) + greatest(-guesses) < 0.02 && (seen == 0.0 || seen == 4.0);
   info = 0.25 * (i00 + i10 + i01 + i11);
-  info.b = most <= tolerance && (seen == 0.0 || seen == 4.0) ? 1.0 : 0.0;
+  info.b = most <= tolerance && alike ? 1.0 : 0.0;
 }

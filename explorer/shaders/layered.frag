@@ -28,11 +28,12 @@ uniform vec3 boxOriginAt[3], boxDirectionAt[3], margin;
 uniform float marginLevels;
 uniform vec3 lengthAt[3];  // the direction of length
 uniform vec2 targetSize;
+uniform float pixelStep;   // pixels a texel of the target: 2 for probes
 uniform float firstDepth;  // t of the camera plane
 uniform float opaque;      // rays end where so much light is left
 
 layout(location = 0) out vec4 color;
-layout(location = 1) out vec4 info;  // r = light that came by space that is not stored
+layout(location = 1) out vec4 info;  // g = light that came by space that is not stored
 
 // Boundaries of neighbours that differ by less than this are one surface, which the ray meets where
 // it is between the two pixels; others end at the pixel's edge.
@@ -102,7 +103,7 @@ float leavePixels(ivec2 low, ivec2 high, vec4 o, vec4 d, float t, vec2 seen, flo
 }
 
 void main() {
-  vec2 at = gl_FragCoord.xy / targetSize - 0.5;
+  vec2 at = ((gl_FragCoord.xy - 0.5) * pixelStep + 0.5) / targetSize - 0.5;
   vec4 o = originAt[0] + at.x * originAt[1] + at.y * originAt[2];
   vec4 d = directionAt[0] + at.x * directionAt[1] + at.y * directionAt[2];
   vec3 bo = boxOriginAt[0] + at.x * boxOriginAt[1] + at.y * boxOriginAt[2];
@@ -129,7 +130,7 @@ void main() {
   clipTo(picture.y * o.z - o.y, picture.y * d.z - d.y, seen);
   float slack = 1e-4 * (inBox.y - inBox.x);
   if (!(seen.x < seen.y)) {
-    info.r = inBox.x < inBox.y ? 1.0 : 0.0;
+    info.g = inBox.x < inBox.y ? 1.0 : 0.0;
     return;
   }
   float unseen = seen.x > inBox.x + slack ? 1.0 : 0.0;
@@ -219,5 +220,5 @@ void main() {
   }
   if (left >= opaque && seen.y < inBox.y - slack) unseen = max(unseen, left);
   color = vec4(light, 1.0 - left);
-  info.r = unseen;
+  info.g = unseen;
 }

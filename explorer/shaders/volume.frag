@@ -60,14 +60,9 @@ uniform float openStrength;
 #ifdef GUESS
 uniform sampler3D guess;
 #endif
-#ifdef PROBED
-uniform sampler2D probes, probeInfo;  // of every other pixel, from pixel (0, 0)
-uniform highp sampler2DArray between; // between.frag: right, below, across
-uniform sampler2D betweenInfo;
-#endif
 
 layout(location = 0) out vec4 color;
-layout(location = 1) out vec4 info;  // r = mean planar depth, g = share of guess
+layout(location = 1) out vec4 info;  // r = mean planar depth, g = share of guess (ProbedRays)
 
 const int kBrick = 8, kRun = 4;
 const float kNoValueEdge = -1e20, kFar = 1e30;
@@ -162,24 +157,7 @@ vec3 lit(vec3 emission, float alpha, vec3 cell, vec3 toViewer) {
   return emission;
 }
 
-#ifdef PROBED
-// What between.frag says of this pixel, if it is to be believed; a probe is the pixel itself.
-bool fromProbes() {
-  ivec2 pixel = ivec2(gl_FragCoord.xy), at = pixel / 2, odd = pixel & 1;
-  bool own = odd == ivec2(0);
-  vec4 known = texelFetch(betweenInfo, at, 0);
-  if (!own && known.b < 0.5) return false;
-  color = own ? texelFetch(probes, at, 0)
-              : texelFetch(between, ivec3(at, odd.x + 2 * odd.y - 1), 0);
-  info = own ? texelFetch(probeInfo, at, 0) : known;
-  return true;
-}
-#endif
-
 void main() {
-#ifdef PROBED
-  if (fromProbes()) return;
-#endif
   vec2 pixel = (gl_FragCoord.xy - 0.5) * pixelStep + 0.5;
   vec3 from = start[0] + pixel.x * start[1] + pixel.y * start[2];
   vec3 way = along[0] + pixel.x * along[1] + pixel.y * along[2];

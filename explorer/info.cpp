@@ -91,7 +91,12 @@ json provenancesOf(const Archive& archive) {
   std::map<long, const ArchiveRow*> first;
   for (const ArchiveRow& row : archive.rows()) first.try_emplace(row.cycle, &row);
   for (const auto& [cycle, row] : first) {
-    const std::string text = archive.open(*row).header().provenance;
+    std::string text;
+    try {
+      text = archive.open(*row).header().provenance;
+    } catch (const Error& error) {
+      text = fmt::format("what cannot be read: {}", error.what());  // the others still can
+    }
     if (stretches.empty() || stretches.back()["text"] != text) {
       stretches.push_back({{"first", cycle}, {"text", text}});
     }

@@ -57,6 +57,12 @@ TEST(Info, SaysWhichCyclesWereMadeHow) {
   EXPECT_NE(many.find("made by 3\n  ... 2 more changes\n  cycle 16 made by 6\n"), std::string::npos)
       << many;
   EXPECT_EQ(madeBy({"", ""}).find("made by"), std::string::npos);
+  // A file that is damaged does not keep the others from being listed.
+  const auto path = folder.path() / "a3.cdb";
+  std::filesystem::resize_file(path / Archive(path).rows()[1].exr, 40);
+  const std::string damaged = infoText(archiveInfo(Archive(path)));
+  EXPECT_NE(damaged.find("cycle 11 made by what cannot be read: "), std::string::npos) << damaged;
+  EXPECT_NE(damaged.find("cycle 12 made by x; rung 2"), std::string::npos) << damaged;
 }
 
 TEST(Npy, HoldsAHeaderThatNumPyReadsAndTheValues) {

@@ -67,6 +67,9 @@ def main():
     parser.add_argument("--list", action="store_true", help="print the names and goals only")
     parser.add_argument("--seeds", default="1..20", metavar="A..B",
                         help="seeds of the random transfer functions (default 1..20)")
+    parser.add_argument("--known", type=pathlib.Path, metavar="FILE",
+                        help="figures that this script or a bench printed before, NAME<TAB>VALUE...: "
+                             "not measured again")
     parser.add_argument("--bin", type=pathlib.Path, default=pathlib.Path("build/bench"),
                         help="the build folder of preset bench")
     options = parser.parse_args()
@@ -87,10 +90,15 @@ def main():
             print(f"{name}\t{unit}\t{goal}")
         return 0
 
+    known = {}
+    for line in options.known.read_text().splitlines() if options.known else ():
+        name, value, *_ = line.split("\t") + [""]
+        known[name] = float(value)
     unmeasured, figures = False, {}
     for bench in dict.fromkeys(row[3] for row in rows):
         mine = [row for row in rows if row[3] == bench]
-        values = run_bench(bench, options.bin, [row[0] for row in mine], options.seeds)
+        left = [row[0] for row in mine if row[0] not in known]
+        values = known | (run_bench(bench, options.bin, left, options.seeds) if left else {})
         for name, unit, goal, _ in mine:
             value = values.get(name, math.nan)
             outcome = verdict(value, goal)

@@ -28,10 +28,11 @@ enum class NormalSource { Stored, Depth };
 /// table of learned colours gives each distribution of attenuation (visualization-by-proxy §6.2).
 enum class Coloring { Function, Learned };
 /// What the picture is made of: the intervals (volume) or warped depth layers; MIP; the run's own
-/// reference rendering; piecewise-analytic layers (layered); the stored field; sliced stacks. Auto:
+/// reference rendering; piecewise-analytic layers (layered); the stored field; sliced stacks;
+/// virtual rays through a multi-perspective view. Auto:
 /// the field where it states less error (stated_error.h); else at a stored view its stack, else
 /// volume; when rotated stacks, else layers, else layered.
-enum class Source { Auto, Volume, Layers, Mip, Reference, Layered, Field, Sliced };
+enum class Source { Auto, Volume, Layers, Mip, Reference, Layered, Field, Sliced, Virtual };
 /// What is drawn of a source that is a grid (fields, stacks): emission and absorption, surfaces of
 /// equal value, the greatest value along each ray, or a plane.
 enum class Draw { Volume, Isosurface, Mip, Slice };

@@ -21,10 +21,10 @@ const Names<Via> kVias{
 const Names<Order> kOrders{{"auto", Order::Auto}, {"runs", Order::Runs}, {"mean", Order::Mean}};
 const Names<NormalSource> kNormals{{"stored", NormalSource::Stored},
                                    {"depth", NormalSource::Depth}};
-const Names<Source> kSources{{"auto", Source::Auto},           {"volume", Source::Volume},
-                             {"layers", Source::Layers},       {"mip", Source::Mip},
-                             {"reference", Source::Reference}, {"layered", Source::Layered},
-                             {"field", Source::Field},         {"sliced", Source::Sliced}};
+const Names<Source> kSources{
+    {"auto", Source::Auto},   {"volume", Source::Volume},       {"layers", Source::Layers},
+    {"mip", Source::Mip},     {"reference", Source::Reference}, {"layered", Source::Layered},
+    {"field", Source::Field}, {"sliced", Source::Sliced},       {"virtual", Source::Virtual}};
 const Names<Draw> kDraws{{"volume", Draw::Volume},
                          {"isosurface", Draw::Isosurface},
                          {"mip", Draw::Mip},

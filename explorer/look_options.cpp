@@ -67,8 +67,11 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
   command.add_option("--view", view_, "Stored view (default: the first)");
   command.add_option("--rotate", rotate_, "Orbit by AZ,EL[,ROLL] degrees");
   command.add_option("--size", size_, "Picture size WxH (default: as stored)");
-  command.add_option("--source", source_,
-                     "auto, volume, layers, mip, reference, layered, field, sliced");
+  command.add_option(
+      "--source", source_,
+      "auto, volume, layers, mip, reference, layered, field, sliced, virtual; of "
+      "multi-perspective views layers undistorts surfaces, virtual casts rays through "
+      "the intervals, volume shows the picture as stored");
   command.add_option("--draw", draw_, "Of fields and stacks: volume, isosurface, mip, slice");
   command.add_option("--isosurfaces", isosurfaces_, "Surfaces of equal value 'v:o,v:o,...'");
   command.add_option("--slice", slice_, "Plane NX,NY,NZ,D: the points with n . x = D");

@@ -97,6 +97,7 @@ Renderer::Renderer(std::shared_ptr<gl::Device> device, std::shared_ptr<const Arc
     impl_->edit = std::make_unique<EditPass>();
     impl_->layer = std::make_unique<LayerPass>();
     impl_->layered = std::make_unique<LayeredPass>();
+    impl_->virtualRays = std::make_unique<VirtualPass>();
     impl_->learned = std::make_unique<LearnedPass>();
   });
 }
@@ -105,6 +106,7 @@ Renderer::~Renderer() {
   impl_->device->run([&] {
     impl_->stacks.reset();
     impl_->learned.reset();
+    impl_->virtualRays.reset();
     impl_->layered.reset();
     impl_->layer.reset();
     impl_->edit.reset();

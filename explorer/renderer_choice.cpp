@@ -44,21 +44,31 @@ ViewData& Renderer::Impl::sourceFor(const Look& look, long cycle, const std::str
   if (look.rotate.isZero()) return base;
   ViewData* best = &base;
   double alignment = glm::dot(base.header().camera.forward, target.forward);
+  if (look.source == Source::Virtual &&
+      base.header().camera.projection != Projection::MultiPerspective) {
+    alignment = -2.0;
+  }
   for (const std::string& name : archive->views()) {
     const auto stores = [&](std::string_view proxy) {
       return archive->find(cycle, name, field, proxy) != nullptr;
     };
     const bool layers = stores(kind::kDepth) || stores(kind::kLength);
-    if (look.source == Source::Layered ? !stores(kind::kLayered)
-                                       : !layers && !stores(kind::kLayered)) {
+    if (look.source == Source::Layered   ? !stores(kind::kLayered)
+        : look.source == Source::Virtual ? !stores(kind::kLength)
+                                         : !layers && !stores(kind::kLayered)) {
       continue;
     }
     ViewData& view = views->get(cycle, name, field);
+    if (look.source == Source::Virtual &&
+        view.header().camera.projection != Projection::MultiPerspective) {
+      continue;
+    }
     const double dot = glm::dot(view.header().camera.forward, target.forward);
     if (dot <= alignment + 1e-9) continue;
     alignment = dot;
     best = &view;
   }
+  alignment = glm::dot(best->header().camera.forward, target.forward);
   out.notes.push_back(
       "view '" + best->header().view + "' answers: it looks within " +
       numberOf(std::acos(std::clamp(alignment, -1.0, 1.0)) * 180.0 / std::numbers::pi) +

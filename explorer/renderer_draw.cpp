@@ -180,6 +180,33 @@ void Renderer::Impl::drawLayered(const Look& look, ViewData& view, Rendered& out
   }
 }
 
+void Renderer::Impl::drawVirtual(const Look& look, ViewData& view, const TransferFunction& function,
+                                 Rendered& out) {
+  const char* const other = look.shading == Shading::Phong ? "shading"
+                            : look.ao.on                   ? "ao"
+                            : look.enhance.on              ? "enhance"
+                            : look.via == Via::Attenuation ? "via"
+                                                           : nullptr;
+  if (other) {
+    throw Error(ErrorCode::Config, std::string("look key '") + other +
+                                       "' is not for source virtual, which recomposes lengths "
+                                       "without light: take layers");
+  }
+  if (!view.has(kind::kLength)) {
+    throw Error(ErrorCode::NotFound, "look key 'source' is virtual, but view '" +
+                                         view.header().view + "' stores no lengths");
+  }
+  const ImageSize size = look.size.value_or(view.header().size);
+  VirtualView drawn = virtualRays->render(view.sheets(), tableOf(Via::Length, view, function),
+                                          fittedCamera(out.camera, view.header().size, size), size);
+  out.picture = std::move(drawn.picture);
+  out.depth = std::move(drawn.depth);
+  if (look.trust) out.trust = trustFromStretch(drawn.guess, out.picture);
+  out.notes.push_back(
+      "virtual answers: rays are cast through the multi-perspective view '" + view.header().view +
+      "'; each interval is added, once a ray, where it starts in the pixel that saw it");
+}
+
 void Renderer::Impl::drawField(const Look& look, ViewData& stored, ImageSize viewSize,
                                Rendered& out) {
   const ProxyHeader& header = stored.header();
@@ -261,17 +288,24 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
   Source source = look.source;
   if (source == Source::Auto) {
     const bool onlyLayered = view.has(kind::kLayered) && !layers;
-    source = !stored                      ? onlyLayered ? Source::Layered : Source::Layers
+    // Virtual rays have no surfaces to be lit.
+    const bool rays = view.header().camera.projection == Projection::MultiPerspective &&
+                      view.has(kind::kLength) && look.via != Via::Attenuation &&
+                      look.shading == Shading::None && !look.ao.on && !look.enhance.on;
+    source = !stored                      ? onlyLayered ? Source::Layered
+                                            : rays      ? Source::Virtual
+                                                        : Source::Layers
              : volume                     ? Source::Volume
              : layers                     ? Source::Layers
              : view.has(kind::kReference) ? Source::Reference
              : onlyLayered                ? Source::Layered
                                           : Source::Mip;
   }
-  if (!stored && source != Source::Layers && source != Source::Layered) {
+  if (!stored && source != Source::Layers && source != Source::Layered &&
+      source != Source::Virtual) {
     throw Error(ErrorCode::Config,
-                "look key 'source' must be auto, layers or layered for a rotated view: only layers "
-                "can be seen from elsewhere");
+                "look key 'source' must be auto, layers, layered or virtual for a rotated view: "
+                "only these can be seen from elsewhere");
   }
   if ((source == Source::Volume && !volume) || (source == Source::Layers && !layers)) {
     throw Error(ErrorCode::NotFound,
@@ -291,6 +325,9 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
       return;
     case Source::Layers:
       drawLayers(look, view, function, out);
+      return;
+    case Source::Virtual:
+      drawVirtual(look, view, function, out);
       return;
     case Source::Layered:
       drawLayered(look, view, out);

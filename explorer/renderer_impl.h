@@ -24,12 +24,13 @@ struct Renderer::Impl {
   std::unique_ptr<EditPass> edit;
   std::unique_ptr<LayerPass> layer;
   std::unique_ptr<LayeredPass> layered;
+  std::unique_ptr<VirtualPass> virtualRays;
   std::unique_ptr<LearnedPass> learned;
   std::unique_ptr<StackSource> stacks;  ///< those that were asked for last
 
   /// The viewer of a look. Multi-perspective views are looked at without their distortion, so that
-  /// nothing jumps when they are turned, unless the look asks for what is stored as it is, or nothing
-  /// else is.
+  /// nothing jumps when they are turned, unless the look asks for what is stored as it is, or
+  /// nothing else is.
   Camera cameraOf(const Look& look, const ViewData& base) const;
   /// The view that answers: the stored one that looks most nearly along the target's direction.
   ViewData& sourceFor(const Look& look, long cycle, const std::string& field, ViewData& base,
@@ -41,6 +42,8 @@ struct Renderer::Impl {
   void drawLearned(const Look& look, ViewData& view, const TransferFunction& function,
                    Rendered& out);
   void drawLayered(const Look& look, ViewData& view, Rendered& out);
+  void drawVirtual(const Look& look, ViewData& view, const TransferFunction& function,
+                   Rendered& out);
   void drawField(const Look& look, ViewData& stored, ImageSize viewSize, Rendered& out);
   /// What stacks of the step have to do with a look: nothing, the one of the view is recomposed, or
   /// they are drawn as a grid.

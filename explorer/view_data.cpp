@@ -88,6 +88,11 @@ const LayeredTextures& ViewData::layered() {
   return *layered_;
 }
 
+const SheetTextures& ViewData::sheets() {
+  if (!sheets_) sheets_ = std::make_unique<SheetTextures>(lengths());
+  return *sheets_;
+}
+
 const LengthPlanes& ViewData::lengths() {
   if (!lengths_) lengths_ = readLengthPlanes(archive_.open(row(kind::kLength)));
   return *lengths_;

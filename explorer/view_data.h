@@ -14,6 +14,7 @@
 #include "explorer/layers.h"
 #include "explorer/look.h"
 #include "explorer/stack_runs.h"
+#include "explorer/virtual_pass.h"
 #include "proxy/archive.h"
 
 namespace vestige {
@@ -36,6 +37,8 @@ class ViewData {
   const std::vector<double>& isovalues();
   const IntervalPartition* partition() const;
   const LayeredTextures& layered();
+  /// The lengths of a multi-perspective view as virtual rays meet them.
+  const SheetTextures& sheets();
   ProxyImage image(std::string_view proxy) const;
   FieldSource& field();
   /// The stack of the view, and its pieces in channels of `parts` an interval.
@@ -56,6 +59,7 @@ class ViewData {
   std::map<std::pair<Via, Order>, std::unique_ptr<PieceTextures>> pieces_;
   std::unique_ptr<LayerTextures> layers_;
   std::unique_ptr<LayeredTextures> layered_;
+  std::unique_ptr<SheetTextures> sheets_;
   std::unique_ptr<FieldSource> fieldSource_;
   std::unique_ptr<SlicedStack> stack_;
   std::map<std::pair<int, Uncertain>, std::unique_ptr<PieceTextures>> stackPieces_;

@@ -3,6 +3,7 @@
 // Multi-perspective views: what can be seen of them from elsewhere.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -12,6 +13,7 @@
 #include "explorer/info.h"
 #include "explorer/radiality.h"
 #include "explorer/renderer.h"
+#include "explorer/virtual_pass.h"
 #include "proxy/error.h"
 #include "proxy/gl/device.h"
 #include "proxy/proxy_layout.h"
@@ -209,6 +211,156 @@ TEST_F(Distorted, ExportGivesTheDistortionBesideTheDepth) {
   };
   EXPECT_EQ(firstLine("front_distorted"), "x,y,Z,nx,ny,nz,distortion_Z");
   EXPECT_EQ(firstLine("front"), "x,y,Z,nx,ny,nz");
+}
+
+/// Lengths of the ball, all of it one interval, in space below all of them.
+ProxyImage ballOfOneInterval(bool distorted) {
+  ProxyHeader header = headerOf(distorted);
+  header.isovalues.clear();
+  const std::size_t pixels = kSize.pixels();
+  const auto channels = std::size_t(header.partition->channels());
+  std::vector<float> length(channels * pixels, 0.0f), moment(length), runs(length);
+  std::vector<std::uint8_t> ends(pixels, 255);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const Ray ray = rayOf(header.camera, i);
+    const double s = reach(ray, glm::dvec3(0.0), kRadius);
+    if (!(s < HUGE_VAL)) continue;
+    const double middle = -glm::dot(ray.origin, ray.direction);
+    const double leave = std::min(2.0 * middle - s, ray.lastDepth / ray.depthPerLength);
+    const std::size_t at = 2 * pixels + i;
+    length[at] = float(leave - s);
+    moment[at] = float((leave - s) * 0.5 * (leave + s) * ray.depthPerLength);
+    runs[at] = 1.0f;
+    ends[i] = 2;
+  }
+  return lengthImage(header, length, moment, runs, ends, ends);
+}
+
+constexpr std::size_t kMiddle = std::size_t(kSize.width * (kSize.height + 1) / 2);
+
+bool says(const Rendered& rendered, const char* words) {
+  return std::any_of(rendered.notes.begin(), rendered.notes.end(), [=](const std::string& note) {
+    return note.find(words) != std::string::npos;
+  });
+}
+
+Look opaqueLook() {
+  Look look;
+  look.opacity = {{0.0, 0.999}, {1.0, 0.999}};
+  look.referenceLength = 0.01;
+  look.background = std::nullopt;
+  return look;
+}
+
+/// How much of the union of two discs is in both: what is drawn, and the ball there.
+double overlap(const Picture& picture, const Camera& camera) {
+  std::size_t both = 0, either = 0;
+  for (std::size_t i = 0; i < kSize.pixels(); ++i) {
+    const bool drawn = picture.rgba[4 * i + 3] > 0.5f;
+    const bool there = reach(rayOf(camera, i), glm::dvec3(0.0), kRadius) < HUGE_VAL;
+    both += drawn && there;
+    either += drawn || there;
+  }
+  return double(both) / double(either);
+}
+
+TEST_F(Distorted, VirtualRaysMeetTheBallWhereItIs) {
+  write({ballOfOneInterval(true)});
+  for (const double azimuth : {0.0, 30.0, 60.0}) {
+    Look look = opaqueLook();
+    look.rotate.azimuth = azimuth;
+    look.trust = true;
+    const Rendered rendered = render(look);
+    EXPECT_TRUE(says(rendered, "virtual answers"));
+    EXPECT_GT(overlap(rendered.picture, rendered.camera), 0.93) << azimuth;
+    const Seen seen = compare(rendered, kSize.pixels());
+    EXPECT_GT(seen.covered, azimuth < 45.0 ? 0.95 : 0.85) << azimuth;
+    EXPECT_EQ(rendered.trust[kMiddle], Trust::Interpolation);
+  }
+}
+
+TEST_F(Distorted, VirtualRaysLookUpWhereTheStoredRaysSaw) {
+  const LengthPlanes lengths = lengthPlanes(ballOfOneInterval(true));
+  const Camera straight = undistorted(lengths.header.camera, lengths.header.domain, 1.0);
+  const Camera target = straight.orbited(glm::dvec3(0.0), 0.6, 0.2);
+  const ChannelTable table{std::vector<double>(8, 1e3), std::vector<glm::dvec3>(8, glm::dvec3(1))};
+  double distorted = 0.0, undistortedPlace = 0.0;
+  device()->run([&] {
+    VirtualPass pass;
+    const SheetTextures sheets(lengths);
+    distorted = overlap(pass.render(sheets, table, target, kSize).picture, target);
+    undistortedPlace =
+        overlap(pass.render(sheets, table, target, kSize, VirtualPass::Lookup::Undistorted).picture,
+                target);
+  });
+  RecordProperty("distorted", std::to_string(distorted));
+  RecordProperty("undistorted", std::to_string(undistortedPlace));
+  EXPECT_GT(distorted, 0.93);
+  EXPECT_LT(undistortedPlace, 0.8 * distorted);
+}
+
+TEST_F(Distorted, VirtualRaysHaveTheOpacityOfTheStoredRayThroughTheMiddle) {
+  write({ballOfOneInterval(true)});
+  Look look = opaqueLook();
+  look.opacity = {{0.0, 0.3}, {1.0, 0.3}};
+  look.referenceLength = 1.0;
+  const Rendered rendered = render(look);
+  // Straight on and beside the pole, new rays meet the front of the ball at 45 degrees to the old,
+  // of which each adds its whole chord.
+  const ProxyHeader header = headerOf(true);
+  const double x = 0.5 * kSize.width + 25.0, y = 0.5 * kSize.height;
+  const Ray ray = rendered.camera.rayThrough({x + 0.5, y + 0.5}, kSize);
+  const glm::dvec3 front = ray.origin + reach(ray, glm::dvec3(0.0), kRadius) * ray.direction;
+  const glm::dvec3 pixel = header.camera.project(front, kSize);
+  const Ray old = header.camera.rayThrough({pixel.x, pixel.y}, kSize);
+  const double enter = reach(old, glm::dvec3(0.0), 0.999 * kRadius);
+  const double leave = std::min(-2.0 * glm::dot(old.origin, old.direction) - enter,
+                                old.lastDepth / old.depthPerLength);
+  const double length = leave - enter;
+  const double alpha = 1.0 - std::pow(0.7, length);
+  EXPECT_NEAR(rendered.picture.pixel(int(x), int(y))[3], alpha, 0.05);
+}
+
+TEST_F(Distorted, VirtualRaysSayWhatTheyDoNotKnow) {
+  write({ballOfOneInterval(true)});
+  Look look = opaqueLook();
+  look.trust = true;
+  look.rotate.azimuth = 150.0;
+  const Rendered rendered = render(look);
+  EXPECT_EQ(rendered.trust[kMiddle], Trust::Guess) << "from behind";
+  EXPECT_EQ(rendered.trust[0], Trust::Data) << "beside the box";
+}
+
+TEST_F(Distorted, VirtualRaysAreRefusedWhereTheyCannotBe) {
+  const auto refusal = [&](const Look& look) {
+    try {
+      render(look);
+    } catch (const Error& error) {
+      return std::pair(error.code(), std::string(error.what()));
+    }
+    return std::pair(ErrorCode::Internal, std::string("nothing was thrown"));
+  };
+  Look look;
+  look.source = Source::Virtual;
+  write({ballOfOneInterval(false)});
+  EXPECT_EQ(refusal(look).first, ErrorCode::Config) << refusal(look).second;
+  look.rotate.azimuth = 20.0;
+  EXPECT_EQ(refusal(look).first, ErrorCode::Config) << refusal(look).second;
+  write({ball(true)});
+  EXPECT_EQ(refusal(look).first, ErrorCode::NotFound) << refusal(look).second;
+  write({ballOfOneInterval(true)});
+  EXPECT_NO_THROW(render(look));
+  look.shading = Shading::Phong;
+  EXPECT_NE(refusal(look).second.find("'shading'"), std::string::npos) << refusal(look).second;
+  look.source = Source::Auto;
+  EXPECT_TRUE(says(render(look), "layers are warped")) << "which can be lit";
+  const LengthPlanes lengths = lengthPlanes(ballOfOneInterval(true));
+  device()->run([&] {
+    const SheetTextures sheets(lengths);
+    EXPECT_THROW(VirtualPass().render(sheets, {}, lengths.header.camera, kSize), Error);
+    EXPECT_THROW(VirtualPass().render(sheets, {std::vector<double>(68), {}}, Camera{}, kSize),
+                 Error);
+  });
 }
 
 TEST_F(Distorted, AnEdgeOfTheBoxIsDrawnAsTheCurveThatItIs) {

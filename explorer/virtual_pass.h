@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "explorer/decode.h"
+#include "explorer/edit_pass.h"
+#include "explorer/gpu.h"
+
+namespace vestige {
+
+/// The opacity lengths of a multi-perspective view as virtual rays meet them: in every pixel a list
+/// of intervals in the order in which they start along its ray, two words an entry. The first is
+/// that of PieceLists (amount / unit, channel, kAmbiguous where the start is only likely, kLast),
+/// the second the depth of the start as a float's bits. `first` [pixel] counts words.
+struct SheetTextures {
+  Camera camera;
+  ImageSize size;
+  Box domain;
+  double unit = 1.0;
+  gl::Texture first, entries;
+
+  /// Throws Config for another camera.
+  explicit SheetTextures(const LengthPlanes& lengths);
+};
+
+/// A view by virtual ray marching.
+struct VirtualView {
+  Picture picture;           ///< premultiplied linear RGBA
+  std::vector<float> depth;  ///< [pixel] planar Z where half of the light is gone, +inf = nowhere
+  std::vector<float> guess;  ///< [pixel] share of the light that is a guess, in [0, 1]
+};
+
+/// Volumetric view synthesis (visualization-by-proxy §4.3.1). A new ray is marched through the box;
+/// its point (ρ, Z) belongs to the pixel r = ρ + Z/κ of the stored picture. Where its effective
+/// distortion Z/κ has passed that of the start of an interval there, the interval's whole opacity
+/// under the current look is added, once a ray. A guess: intervals that the ray comes upon farther
+/// behind their start than they are thick, whose start is only likely, and space outside of the
+/// stored picture. Made, used and destroyed in Device::run.
+class VirtualPass {
+ public:
+  /// Where a point looks its pixel up: where the stored rays saw it, or, as the paper has it, at
+  /// its undistorted place (r = ρ), kept to be compared (docs/method.md).
+  enum class Lookup { Distorted, Undistorted };
+
+  /// `target` is orthographic or perspective, else InvalidArgument.
+  VirtualView render(const SheetTextures& sheets, const ChannelTable& table, const Camera& target,
+                     ImageSize size, Lookup lookup = Lookup::Distorted);
+
+ private:
+  std::optional<gl::Program> program_;
+  gl::Framebuffer framebuffer_;
+  gl::VertexArray empty_;
+};
+
+}  // namespace vestige

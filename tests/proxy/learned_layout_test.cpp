@@ -133,6 +133,14 @@ TEST(LearnedLayout, CheckFindsTrainingPicturesWithoutTheirLooks) {
   EXPECT_NE(problemsOf(image).front().find("which looks"), std::string::npos);
 }
 
+TEST(LearnedLayout, RefusesFilesOfMoreLooksThanAnyWriterStores) {
+  const Folder folder;
+  ProxyImage image = learnedImage(header(), someTable(3));
+  image.header.looks.resize(5, image.header.looks[0]);
+  writeDurably(folder / "many.exr", encodeExr(image));
+  expectError(ErrorCode::Format, "no list of at most 4", [&] { ExrFile(folder / "many.exr"); });
+}
+
 TEST(LearnedLayout, RefusesOriginsThatMakeNoSense) {
   const auto refuses = [](const char* words, const char* text) {
     expectError(ErrorCode::Format, words,

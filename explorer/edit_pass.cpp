@@ -70,12 +70,8 @@ void EditPass::bind(const gl::Program& program, const PieceTextures& pieces,
                     std::to_string(table.color.size()) + " colours");
   }
   const gl::Functions& gl = gl::functions();
-  program.use();
-  gpu::bindSampler(program, "firstEntry", 0, pieces.first);
-  gpu::bindSampler(program, "entries", 1, pieces.entries);
-  gl.Uniform1i(program.uniform("listWidthLog2"), gpu::kListWidthLog2);
   const std::size_t count = table.strength.size();
-  if (isWide(table)) {
+  if (isWide(table)) {  // first: making a texture binds it to unit 0
     std::vector<float> rows(8 * count, -1.0f);
     for (std::size_t k = 0; k < count; ++k) {
       const auto entry = entryOf(table, k, pieces.unit);
@@ -83,6 +79,12 @@ void EditPass::bind(const gl::Program& program, const PieceTextures& pieces,
       if (layerOf && k < layerOf->size()) rows[4 * (count + k)] = float((*layerOf)[k]);
     }
     table_ = gpu::texture2D(GL_RGBA32F, {int(count), 2}, GL_RGBA, GL_FLOAT, rows.data());
+  }
+  program.use();
+  gpu::bindSampler(program, "firstEntry", 0, pieces.first);
+  gpu::bindSampler(program, "entries", 1, pieces.entries);
+  gl.Uniform1i(program.uniform("listWidthLog2"), gpu::kListWidthLog2);
+  if (isWide(table)) {
     gpu::bindSampler(program, "table", 4, *table_);
     return;
   }

@@ -162,6 +162,30 @@ TEST_F(StackRendering, LongPixelsAreShownInSquareOnes) {
   EXPECT_LT(meanDifference(wide.picture, truth(wide.camera, wide.picture.size)), 0.02);
 }
 
+TEST_F(StackRendering, ManyIntervalsAreShownAsFewAre) {
+  // Their quarters are more channels than uniforms hold.
+  const synthetic::TemporaryFolder folder;
+  const test::VoxelView at = test::voxelView(scene(), {0, 1, 0}, {0, 0, 1});
+  SlicedStack stack = test::walkedStack(scene(), at.camera, at.size,
+                                        IntervalPartition::uniform(0.0, 1.0, 32), 8, 32);
+  stack.header.view = "stack-front";
+  stack.header.base = baseFunction();
+  stack.header.statistics.high = 1.0;
+  ArchiveWriter(folder.path() / "a.cdb", ExistingArchive::Refuse).writeStep({encodeProxy(stack)});
+  Renderer made(device(), std::make_shared<const Archive>(folder.path() / "a.cdb"));
+  for (const bool trust : {false, true}) {
+    Look look = plainLook();
+    look.trust = trust;
+    const Rendered rendered = made.render(look);
+    if (trust) {
+      EXPECT_GT(rendered.shares.data, 0.1);
+    } else {
+      EXPECT_LT(meanDifference(rendered.picture, truth(rendered.camera, rendered.picture.size)),
+                0.01);
+    }
+  }
+}
+
 TEST_F(StackRendering, MeasuresItsErrorAgainstTheRunsOwnPicture) {
   const auto own = renderer().ownLook(plainLook());
   ASSERT_TRUE(own.has_value());

@@ -28,10 +28,11 @@ SheetLists listsOf(const LengthPlanes& lengths, double unit) {
   std::vector<int> layerOf;
   const LayerPlanes starts = layersFromLengths(lengths, layerOf);
   SheetLists lists;
+  const double depthPerLength = 1.0 / std::hypot(1.0, 1.0 / lengths.header.camera.convergence);
   const std::size_t pixels = starts.size.pixels();
   lists.first.assign(pixels, PieceLists::kNone);
   struct Entry {
-    float start;
+    float start, end;
     std::uint32_t word;
   };
   std::vector<Entry> ray;
@@ -42,9 +43,13 @@ SheetLists listsOf(const LengthPlanes& lengths, double unit) {
       const auto layer = std::size_t(layerOf[k]);
       const float start = starts.depth[layer][i];
       if (!std::isfinite(start)) continue;
-      ray.push_back({start, amountBits(float(double(lengths.length[k][i]) / unit)) |
-                                std::uint32_t(k) << 16 |
-                                (starts.likely[layer][i] ? PieceLists::kAmbiguous : 0u)});
+      // One run ends where its length does; several lie about their mean depth.
+      const double extent = std::max(double(lengths.length[k][i]) * depthPerLength,
+                                     2.0 * (double(lengths.depth[k][i]) - double(start)));
+      ray.push_back({start, float(double(start) + extent),
+                     amountBits(float(double(lengths.length[k][i]) / unit)) |
+                         std::uint32_t(k) << 16 |
+                         (starts.likely[layer][i] ? PieceLists::kAmbiguous : 0u)});
     }
     if (ray.empty()) continue;
     std::stable_sort(ray.begin(), ray.end(),
@@ -54,6 +59,7 @@ SheetLists listsOf(const LengthPlanes& lengths, double unit) {
     for (const Entry& entry : ray) {
       lists.entries.push_back(entry.word);
       lists.entries.push_back(std::bit_cast<std::uint32_t>(entry.start));
+      lists.entries.push_back(std::bit_cast<std::uint32_t>(entry.end));
     }
   }
   return lists;
@@ -147,9 +153,6 @@ VirtualView VirtualPass::render(const SheetTextures& sheets, const ChannelTable&
   const double pixel = camera.viewHeight / sheets.size.height;
   gl.Uniform2f(march.uniform("pixelWorld"), float(pixel * camera.pixelAspect), float(pixel));
   gl.Uniform1f(march.uniform("lean"), float(1.0 / camera.convergence));
-  // A length along a stored ray, in units of amounts, as a difference of depth.
-  const double depthPerLength = 1.0 / std::hypot(1.0, 1.0 / camera.convergence);
-  gl.Uniform1f(march.uniform("depthPerAmount"), float(sheets.unit * depthPerLength));
   gl.Uniform2f(march.uniform("targetSize"), float(size.width), float(size.height));
   gl.Uniform1i(march.uniform("undistorted"), lookup == Lookup::Undistorted);
   gpu::drawFullscreen(empty_);

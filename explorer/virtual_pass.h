@@ -13,9 +13,10 @@
 namespace vestige {
 
 /// The opacity lengths of a multi-perspective view as virtual rays meet them: in every pixel a list
-/// of intervals in the order in which they start along its ray, two words an entry. The first is
+/// of intervals in the order in which they start along its ray, three words an entry. The first is
 /// that of PieceLists (amount / unit, channel, kAmbiguous where the start is only likely, kLast),
-/// the second the depth of the start as a float's bits. `first` [pixel] counts words.
+/// the others the depths of the start and the end as floats' bits; several runs are taken to lie
+/// evenly about their mean depth. `first` [pixel] counts words.
 struct SheetTextures {
   Camera camera;
   ImageSize size;
@@ -37,9 +38,9 @@ struct VirtualView {
 /// Volumetric view synthesis (visualization-by-proxy §4.3.1). A new ray is marched through the box;
 /// its point (ρ, Z) belongs to the pixel r = ρ + Z/κ of the stored picture. Where its effective
 /// distortion Z/κ has passed that of the start of an interval there, the interval's whole opacity
-/// under the current look is added, once a ray. A guess: intervals that the ray comes upon farther
-/// behind their start than they are thick, whose start is only likely, and space outside of the
-/// stored picture. Made, used and destroyed in Device::run.
+/// under the current look is added, once a ray; but not beyond the interval's end, where the paper
+/// would add it too and so draw a shadow. A guess: intervals whose start is only likely, and space
+/// outside of the stored picture. Made, used and destroyed in Device::run.
 class VirtualPass {
  public:
   /// Where a point looks its pixel up: where the stored rays saw it, or, as the paper has it, at

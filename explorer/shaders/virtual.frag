@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Volumetric view synthesis of a multi-perspective view (visualization-by-proxy §4.3.1): a new ray is
 // marched through the box; at each point the intervals of the stored pixel that saw it are looked
-// up, and those whose start the ray has passed are added, each once.
+// up, and those whose start the ray has passed, but not their end, are added, each once.
 precision highp float;
 precision highp int;
 precision highp usampler2D;
@@ -19,7 +19,6 @@ uniform vec3 originAt[3], directionAt[3], boxOriginAt[3], boxDirectionAt[3];
 uniform vec2 targetSize;
 uniform vec2 pixelWorld;       // width and height of a stored pixel on the camera plane
 uniform float lean;            // 1 / κ
-uniform float depthPerAmount;  // along stored rays
 uniform bool undistorted;      // look up at the undistorted place instead
 
 layout(location = 0) out vec4 color;
@@ -50,7 +49,6 @@ void main() {
   float stepT = min(pixelWorld.x, pixelWorld.y) / length(d);
   int steps = leave > enter ? int(min(ceil((leave - enter) / stepT), float(kMostSteps))) : 0;
   if (steps > 0) stepT = (leave - enter) / float(steps);
-  bool inward = d.z <= 0.0;  // away from the stored camera plane: depth grows
   float tolerance = abs(d.z) * stepT + max(pixelWorld.x, pixelWorld.y);
 
   vec3 sum = vec3(0.0);
@@ -74,18 +72,17 @@ void main() {
     for (;;) {
       uint word = wordAt(index);
       float start = uintBitsToFloat(wordAt(index + 1u));
-      index += 2u;
-      float behind = inward ? depth - start : start - depth;
-      if (inward && behind < 0.0) break;  // the rest starts farther away
+      float end = uintBitsToFloat(wordAt(index + 2u));
+      index += 3u;
+      if (depth < start) break;  // the rest starts farther away
       int channel = int((word >> 16) & 8191u);
       uint bit = 1u << uint(channel & 31);
-      if (behind >= 0.0 && (taken[channel >> 5] & bit) == 0u) {
+      if (depth <= end + tolerance && (taken[channel >> 5] & bit) == 0u) {
         taken[channel >> 5] |= bit;
         vec4 look = channels[channel];
         float amount = amountOf(word), through = exp2(amount * look.w);
         float share = left * (1.0 - through);
-        bool likely = (word & 0x40000000u) != 0u;
-        if (likely || behind > amount * depthPerAmount + tolerance) guess += share;
+        if ((word & 0x40000000u) != 0u) guess += share;
         sum += share * look.rgb;
         left *= through;
         if (left < 0.5) half_ = min(half_, t);

@@ -98,7 +98,7 @@ Camera frameBox(const Box& box, glm::dvec3 forward, glm::dvec3 up, double aspect
                 Projection projection = Projection::Orthographic, double fieldOfView = 0.5);
 /// The same for a multi-perspective camera. Its plane touches the box, and its picture is as large
 /// as the ellipsoid inscribed in the box needs to be seen from all sides that its rays reach: for a
-/// ball and κ = 1, 1 + √2 = 2.4 radii from the pole. What lies in the box's far corners is beyond
+/// ball and κ = 1, 1 + √2 = 2.4 radii from the pole. What lies at the box's far edges is beyond
 /// the picture, in exchange for pixels that are not finer than needed for what mostly is in
 /// domains; `viewHeight` may be raised afterwards. The smaller κ, the more of the sides and the
 /// fewer pixels for the front.

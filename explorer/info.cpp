@@ -190,6 +190,29 @@ json radialityInfo(const Archive& archive) {
   return list;
 }
 
+/// The tables of learned colours.
+json learnedInfo(const Archive& archive) {
+  json list = json::array();
+  for (const ArchiveRow& row : archive.rows()) {
+    if (row.proxy != kind::kLearned) continue;
+    json entry{{"cycle", row.cycle}, {"view", row.view}, {"field", row.field}};
+    try {
+      const ProxyHeader header = archive.open(row).header();
+      if (!header.learned) throw Error(ErrorCode::Format, "it does not say how it was made");
+      entry["clusters"] = header.size.height;
+      entry["pictures"] = header.looks.size();
+      entry["shading"] = header.shading;
+      entry["from"] = header.learned->from;
+      entry["error"] = header.learned->error;
+      entry["table"] = learnedNote(header);
+    } catch (const Error& error) {
+      entry["problem"] = error.what();
+    }
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
 /// "12 30 25 ... %": a histogram's shares.
 std::string sharesText(const json& counts) {
   double sum = 0.0;
@@ -270,21 +293,7 @@ json archiveInfo(const Archive& archive) {
                               {"levels", levels},
                               {"error", errorOfStack(file.header(), levels)}});
   }
-  info["learned"] = json::array();
-  for (const ArchiveRow& row : archive.rows()) {
-    if (row.proxy != kind::kLearned) continue;
-    const ProxyHeader header = archive.open(row).header();
-    if (!header.learned) continue;
-    info["learned"].push_back({{"cycle", row.cycle},
-                               {"view", row.view},
-                               {"field", row.field},
-                               {"clusters", header.size.height},
-                               {"pictures", header.looks.size()},
-                               {"shading", header.shading},
-                               {"from", header.learned->from},
-                               {"error", header.learned->error},
-                               {"table", learnedNote(header)}});
-  }
+  info["learned"] = learnedInfo(archive);
   info["proxies"] = json::array();
   std::uint64_t bytes = 0;
   for (const std::string& proxy : archive.proxies()) {
@@ -294,7 +303,12 @@ json archiveInfo(const Archive& archive) {
   }
   info["bytes"] = bytes;
   if (!archive.rows().empty()) {
-    const ProxyHeader header = archive.open(archive.rows().back()).header();
+    // What a run wrote last: tables of learned colours come afterwards.
+    const auto last =
+        std::find_if(archive.rows().rbegin(), archive.rows().rend(),
+                     [](const ArchiveRow& row) { return row.proxy != kind::kLearned; });
+    const ProxyHeader header =
+        archive.open(last != archive.rows().rend() ? *last : archive.rows().back()).header();
     const Box& box = header.domain;
     info["domain"] = {{"low", {box.low.x, box.low.y, box.low.z}},
                       {"high", {box.high.x, box.high.y, box.high.z}}};
@@ -353,7 +367,7 @@ std::string infoText(const json& info) {
   for (const json& table : info["learned"]) {
     text += fmt::format("  learned colours of {} in view {}, cycle {}: {}\n",
                         table["field"].get<std::string>(), table["view"].get<std::string>(),
-                        table["cycle"].dump(), table["table"].get<std::string>());
+                        table["cycle"].dump(), table.value("table", table.value("problem", "")));
   }
   for (const json& answer : info["answers"]) {
     std::string tiers;

@@ -23,6 +23,8 @@ VolumeMode modeOf(Draw draw) {
 
 /// Between rays through every other pixel, where cells are several pixels wide.
 constexpr double kTolerance = 1.0 / 256.0;
+/// Light behind which nothing is seen: half a step of 8 bits.
+constexpr double kOpaque = 1.0 / 512.0;
 
 /// The look's, or opaque ones where the function's opacity peaks.
 std::vector<Isosurface> surfacesOf(const Look& look, const TransferFunction& function) {
@@ -110,6 +112,7 @@ VolumeView GridPainter::draw(LookGrid& grid, const Look& look, const TransferFun
     // Light falls on the middle of a step: a long one would miss folds of what it passes.
     setup.step = light.shade ? std::min(*step_, 1.0) : *step_;
     setup.tolerance = kTolerance;
+    setup.opaque = kOpaque;
   }
   setup.light = &light;
   if (light.shade && look.draw == Draw::Volume && !grid.normals) pass_.findNormals(grid);

@@ -195,7 +195,7 @@ VolumeView VolumePass::render(const LookGrid& grid, const VolumeSetup& setup) {
 double VolumePass::longestStep(const LookGrid& grid, const OpticsTable& table, const Box& box) {
   constexpr double kVisible = 1.0 / 512.0;  // root of the mean square, linear light
   VolumeSetup setup;
-  setup.size = {64, 64};
+  setup.size = {32, 32};
   setup.camera = frameBox(box, {3.0, 5.0, -2.0}, {0.0, 0.0, 1.0}, 1.0);
   setup.table = &table;
   setup.clip = box;

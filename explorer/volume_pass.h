@@ -70,7 +70,7 @@ class VolumePass {
   /// Throws InvalidArgument naming what does not fit the grid's content.
   VolumeView render(const LookGrid& grid, const VolumeSetup& setup);
   /// The longest step of 1/2, 1, 2, 3 and 4 cells through a scalar grid that changes no more of a
-  /// picture than can be seen, judged by 64 x 64 rays askew through the box: hard edges of the
+  /// picture than can be seen, judged by 32 x 32 rays askew through the box: hard edges of the
   /// opacity need short steps, smooth functions do not. Depends on grid and table alone.
   double longestStep(const LookGrid& grid, const OpticsTable& table, const Box& box);
   /// Finds the bricks of an optics grid that have something to show.

@@ -47,6 +47,8 @@ std::vector<float> centroidsOf(const LearningSamples& samples,
     const float* a = samples.attenuation.data() + counted[i * counted.size() / shown] * channels;
     std::copy(a, a + channels, points.ptr<float>(int(i)));
   }
+  if (shown == 1)
+    return {points.ptr<float>(0), points.ptr<float>(0) + channels};  // a row is many points to cv
   const int most = std::min(clusters, int(shown));
   cv::Mat labels, centers;
   cv::theRNG() = cv::RNG(seed);

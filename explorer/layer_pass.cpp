@@ -7,7 +7,6 @@
 #include <glm/gtc/matrix_access.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/type_ptr.hpp>
-#include <limits>
 
 #include "fullscreen_vert.embed.h"
 #include "light_frag.embed.h"
@@ -224,16 +223,7 @@ WarpedView LayerPass::warp(const LayerTextures& layers, const gl::Texture& color
   gl.Uniform1i(resolve.uniform("layers"), layers.count);
   gpu::drawFullscreen(empty_);
 
-  WarpedView view;
-  view.picture = {size, gpu::readFloats(size, 0)};
-  const std::vector<float> values = gpu::readFloats(size, 1);
-  view.depth.resize(size.pixels());
-  view.guess.resize(size.pixels());
-  for (std::size_t i = 0; i < size.pixels(); ++i) {
-    const float z = values[4 * i];
-    view.depth[i] = z > 1e29f ? std::numeric_limits<float>::infinity() : z;
-    view.guess[i] = values[4 * i + 1];
-  }
+  WarpedView view = readDrawnView(size);
   // A framebuffer that had two colour attachments must not keep the second.
   gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, 0, 0);
   gl::checkErrors("warping depth layers");

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "explorer/drawn_view.h"
 #include "explorer/gpu.h"
 #include "explorer/look.h"
 #include "proxy/box.h"
@@ -56,12 +57,8 @@ struct LightSetup {
 LightSetup lightSetup(const Look& look, const Camera& source, const Camera& target,
                       double domainDiagonal);
 
-/// A rotated view of depth layers.
-struct WarpedView {
-  Picture picture;           ///< premultiplied linear RGBA
-  std::vector<float> depth;  ///< [pixel] planar Z of the nearest sampled surface, +inf = none
-  std::vector<float> guess;  ///< [pixel] how much of the picture there is a guess, in [0, 1]
-};
+/// A rotated view of depth layers; depth: of the nearest sampled surface.
+using WarpedView = DrawnView;
 
 /// Relighting (visualization-by-proxy §5), proxy ambient occlusion (eq. 5) and view synthesis by
 /// warping the layers as meshes with one vertex a pixel. Made, used and destroyed in Device::run.

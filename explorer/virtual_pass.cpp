@@ -6,7 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
-#include <limits>
 #include <numbers>
 
 #include "explorer/layers.h"
@@ -157,16 +156,7 @@ VirtualView VirtualPass::render(const SheetTextures& sheets, const ChannelTable&
   gl.Uniform1i(march.uniform("undistorted"), lookup == Lookup::Undistorted);
   gpu::drawFullscreen(empty_);
 
-  VirtualView view;
-  view.picture = {size, gpu::readFloats(size, 0)};
-  const std::vector<float> values = gpu::readFloats(size, 1);
-  view.depth.resize(size.pixels());
-  view.guess.resize(size.pixels());
-  for (std::size_t i = 0; i < size.pixels(); ++i) {
-    const float z = values[4 * i];
-    view.depth[i] = z > 1e29f ? std::numeric_limits<float>::infinity() : z;
-    view.guess[i] = values[4 * i + 1];
-  }
+  VirtualView view = readDrawnView(size);
   // A framebuffer that had two colour attachments must not keep the second.
   gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, 0, 0);
   gl::checkErrors("virtual ray marching");

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "explorer/decode.h"
+#include "explorer/drawn_view.h"
 #include "explorer/edit_pass.h"
 #include "explorer/gpu.h"
 
@@ -28,12 +29,8 @@ struct SheetTextures {
   explicit SheetTextures(const LengthPlanes& lengths);
 };
 
-/// A view by virtual ray marching.
-struct VirtualView {
-  Picture picture;           ///< premultiplied linear RGBA
-  std::vector<float> depth;  ///< [pixel] planar Z where half of the light is gone, +inf = nowhere
-  std::vector<float> guess;  ///< [pixel] share of the light that is a guess, in [0, 1]
-};
+/// A view by virtual ray marching; depth: where half of the light is gone.
+using VirtualView = DrawnView;
 
 /// Volumetric view synthesis (visualization-by-proxy §4.3.1). A new ray is marched through the box;
 /// its point (ρ, Z) belongs to the pixel r = ρ + Z/κ of the stored picture. Where its effective

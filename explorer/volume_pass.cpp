@@ -178,16 +178,7 @@ VolumeView VolumePass::render(const LookGrid& grid, const VolumeSetup& setup) {
     gl.Uniform1f(bind(grid, setup).uniform("pixelStep"), pixelStep);
     gpu::drawFullscreen(empty_);
   });
-  VolumeView view;
-  view.picture = {size, gpu::readFloats(size, 0)};
-  const std::vector<float> extra = gpu::readFloats(size, 1);
-  view.depth.resize(size.pixels());
-  view.guess.resize(size.pixels());
-  for (std::size_t i = 0; i < size.pixels(); ++i) {
-    const float z = extra[4 * i];
-    view.depth[i] = z > 1e29f ? std::numeric_limits<float>::infinity() : z;
-    view.guess[i] = extra[4 * i + 1];
-  }
+  VolumeView view = readDrawnView(size);
   gl::checkErrors("drawing a grid");
   return view;
 }

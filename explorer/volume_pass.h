@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "explorer/drawn_view.h"
 #include "explorer/layer_pass.h"
 #include "explorer/look_grid.h"
-#include "explorer/picture.h"
 #include "explorer/probed_rays.h"
 #include "proxy/box.h"
 #include "proxy/camera.h"
@@ -52,12 +52,9 @@ struct VolumeSetup {
   double tolerance = 0.0;
 };
 
-/// A picture of a grid.
-struct VolumeView {
-  Picture picture;           ///< premultiplied linear RGBA
-  std::vector<float> depth;  ///< [pixel] planar Z, mean weighted by opacity; +inf = nothing there
-  std::vector<float> guess;  ///< [pixel] share of the light that comes from cells that are a guess
-};
+/// A picture of a grid; depth: the mean weighted by opacity; guess: what comes from cells that are
+/// one.
+using VolumeView = DrawnView;
 
 /// Ray casting of 3-D grids (method §1): front to back, trilinear, samples at planar depths that
 /// depend on camera and grid alone. Opacities follow the exact length of each step, so that a

@@ -7,10 +7,33 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
-#include "proxy/error.h"
+#include "proxy/json_object.h"
 
 namespace vestige {
+namespace {
+
+/// Null for dates and times, which JSON has no word for.
+nlohmann::json jsonOf(const toml::node& node) {
+  if (const auto* table = node.as_table()) {
+    nlohmann::json object = nlohmann::json::object();
+    for (const auto& [key, value] : *table) object[std::string(key.str())] = jsonOf(value);
+    return object;
+  }
+  if (const auto* array = node.as_array()) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const auto& element : *array) list.push_back(jsonOf(element));
+    return list;
+  }
+  if (const auto* text = node.as_string()) return text->get();
+  if (const auto* number = node.as_integer()) return number->get();
+  if (const auto* number = node.as_floating_point()) return number->get();
+  if (const auto* truth = node.as_boolean()) return truth->get();
+  return nullptr;
+}
+
+}  // namespace
 
 ConfigDocument::ConfigDocument(const std::string& text, const std::string& origin)
     : origin_(origin) {
@@ -249,6 +272,23 @@ std::vector<ConfigReader> ConfigReader::tables(const std::string& key) {
     tables.emplace_back(*element.as_table(), origin_, "[[" + key + "]]");
   }
   return tables;
+}
+
+nlohmann::json ConfigReader::json() const {
+  for (const auto& [key, value] : *table_) known_.insert(std::string(key.str()));
+  return jsonOf(*table_);
+}
+
+void ConfigReader::atKeyLines(const std::function<void()>& read) const {
+  try {
+    read();
+  } catch (const KeyError& error) {
+    const auto view = toml::at_path(*table_, error.path());
+    const auto line = (view ? view.node()->source() : table_->source()).begin.line;
+    throw Error(ErrorCode::Config,
+                fmt::format("{}:{}: {}{}{}: {}", origin_, line, path_, path_.empty() ? "" : " ",
+                            error.path(), error.reason()));
+  }
 }
 
 void ConfigReader::rejectUnknownKeys() const {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -51,6 +53,12 @@ class ConfigReader {
   /// The table, or the tables of an array of tables; none when the key is missing.
   std::optional<ConfigReader> table(const std::string& key);
   std::vector<ConfigReader> tables(const std::string& key);
+
+  /// The whole table as JSON, for readers that looks share; every key counts as asked for. Throws
+  /// where the table holds a date or a time.
+  nlohmann::json json() const;
+  /// Runs `read`; a KeyError of the JSON is thrown again at the line of its key.
+  void atKeyLines(const std::function<void()>& read) const;
 
   /// Throws if a key of this table was never asked for.
   void rejectUnknownKeys() const;

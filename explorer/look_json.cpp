@@ -2,7 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "explorer/json_object.h"
+#include "proxy/json_object.h"
 #include "explorer/look.h"
 #include "proxy/error.h"
 

@@ -128,8 +128,12 @@ double TransferFunction::opacity(double value) const {
   return std::lerp(before.opacity, after->opacity, share(value, before.value, after->value));
 }
 
+double extinctionOf(double opacity, double referenceLength) {
+  return std::min(-std::log1p(-opacity), TransferFunction::kMaxOpticalDepth) / referenceLength;
+}
+
 double TransferFunction::extinction(double value) const {
-  return std::min(-std::log1p(-opacity(value)), kMaxOpticalDepth) / referenceLength_;
+  return extinctionOf(opacity(value), referenceLength_);
 }
 
 glm::dvec3 TransferFunction::color(double value) const {

@@ -83,4 +83,8 @@ TransferFunction transferFunctionFromJson(const nlohmann::json& json);
 /// "v:o,v:o,..." as on command lines; throws Config naming the piece that does not parse.
 std::vector<OpacityPoint> opacityFromText(const std::string& text);
 
+/// Of an opacity in [0, 1] per reference length: -ln(1 - opacity) / referenceLength, 1 / world unit,
+/// at most TransferFunction::kMaxOpticalDepth / referenceLength.
+double extinctionOf(double opacity, double referenceLength);
+
 }  // namespace vestige

@@ -10,11 +10,27 @@
 
 namespace vestige {
 
+/// A Config error of one key, so that who knows the file can say the line.
+class KeyError : public Error {
+ public:
+  /// `path` as "primitives[1].width".
+  KeyError(const std::string& owner, std::string path, std::string reason)
+      : Error(ErrorCode::Config, owner + " key '" + path + "' " + reason),
+        path_(std::move(path)),
+        reason_(std::move(reason)) {}
+  const std::string& path() const { return path_; }
+  const std::string& reason() const { return reason_; }
+
+ private:
+  std::string path_, reason_;
+};
+
 /// Reads the keys of one JSON object and complains of what is left over: unknown keys and wrong
-/// types are Config errors that name the key by its path ("ao.radius").
+/// types are KeyErrors that name the key by its path ("ao.radius").
 class JsonObject {
  public:
-  JsonObject(const nlohmann::json& json, std::string path);
+  /// `owner` is what errors call the whole: "look key 'ao.radius' ...".
+  JsonObject(const nlohmann::json& json, std::string path, std::string owner = "look");
 
   /// The value of a key or nullptr where absent; marks it as known.
   const nlohmann::json* find(const char* key);
@@ -38,14 +54,16 @@ class JsonObject {
     }
     fail(key, "is " + found->dump() + "; choices: " + choices);
   }
-  /// Throws Config for the first key that nobody asked for.
+  /// The objects of a list, each to be read and finished; none where the key is absent.
+  std::vector<JsonObject> list(const char* key);
+  /// Throws for the first key that nobody asked for.
   void finish() const;
   [[noreturn]] void fail(const std::string& key, const std::string& reason) const;
   std::string pathOf(const std::string& key) const;
 
  private:
   const nlohmann::json& json_;
-  std::string path_;
+  std::string path_, owner_;
   std::vector<std::string> known_;
 };
 

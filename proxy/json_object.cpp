@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "explorer/json_object.h"
+#include "proxy/json_object.h"
 
 #include <algorithm>
 
 namespace vestige {
 
-JsonObject::JsonObject(const nlohmann::json& json, std::string path)
-    : json_(json), path_(std::move(path)) {
-  if (!json.is_object()) {
-    throw Error(ErrorCode::Config,
-                (path_.empty() ? std::string("a look") : "look key '" + path_ + "'") +
-                    " must be a JSON object, not " + json.dump());
-  }
+JsonObject::JsonObject(const nlohmann::json& json, std::string path, std::string owner)
+    : json_(json), path_(std::move(path)), owner_(std::move(owner)) {
+  if (json.is_object()) return;
+  const std::string reason = "must be a JSON object, not " + json.dump();
+  if (path_.empty()) throw Error(ErrorCode::Config, "a " + owner_ + " " + reason);
+  throw KeyError(owner_, path_, reason);
 }
 
 const nlohmann::json* JsonObject::find(const char* key) {
@@ -51,6 +50,17 @@ void JsonObject::read(const char* key, std::vector<double>& value) {
   value = found->get<std::vector<double>>();
 }
 
+std::vector<JsonObject> JsonObject::list(const char* key) {
+  std::vector<JsonObject> objects;
+  const nlohmann::json* found = find(key);
+  if (!found) return objects;
+  if (!found->is_array()) fail(key, "must be a list, not " + found->dump());
+  for (const auto& element : *found) {
+    objects.emplace_back(element, pathOf(key) + "[" + std::to_string(objects.size()) + "]", owner_);
+  }
+  return objects;
+}
+
 void JsonObject::finish() const {
   for (const auto& [key, value] : json_.items()) {
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
@@ -61,7 +71,7 @@ void JsonObject::finish() const {
 }
 
 void JsonObject::fail(const std::string& key, const std::string& reason) const {
-  throw Error(ErrorCode::Config, "look key '" + pathOf(key) + "' " + reason);
+  throw KeyError(owner_, pathOf(key), reason);
 }
 
 std::string JsonObject::pathOf(const std::string& key) const {

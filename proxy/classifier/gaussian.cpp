@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "proxy/classifier/gaussian.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "proxy/classifier/kinds.h"
+#include "proxy/error.h"
+#include "proxy/json_object.h"
+
+namespace vestige {
+namespace {
+
+using Vector = std::array<double, 4>;
+
+Vector scaled(const GaussianPrimitive& g, const Vector& v, double factor) {
+  Vector out{};
+  for (std::size_t i = 0; i < std::size_t(g.fields); ++i) {
+    for (std::size_t j = 0; j < std::size_t(g.fields); ++j)
+      out[i] += g.scale[i][j] * (v[j] - g.center[j]);
+    out[i] *= factor;
+  }
+  return out;
+}
+
+double dot(const Vector& a, const Vector& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+}
+
+}  // namespace
+
+double meanOfGaussian(double x1, double x2) {
+  const double d = x2 - x1;
+  // Below, the difference of erf loses digits; the midpoint rule's next term is of order d^4.
+  if (std::abs(d) < 1e-3) {
+    const double middle = 0.5 * (x1 + x2), square = middle * middle;
+    return std::exp(-square) * (1.0 + d * d * (2.0 * square - 1.0) / 12.0);
+  }
+  const double half = 0.5 * std::sqrt(std::numbers::pi) / d;
+  // On one side of 0, erfc keeps the digits that erf rounds to 1.
+  if (x1 > 0.0 && x2 > 0.0) return half * (std::erfc(x1) - std::erfc(x2));
+  if (x1 < 0.0 && x2 < 0.0) return half * (std::erfc(-x2) - std::erfc(-x1));
+  return half * (std::erf(x2) - std::erf(x1));
+}
+
+double GaussianPrimitive::at(const FieldSample& sample) const { return mean(sample, sample); }
+
+double GaussianPrimitive::mean(const FieldSample& a, const FieldSample& b) const {
+  double factor = 1.0;
+  if (thickness > 0.0) {
+    const double gradient = 0.5 * (a.gradient + b.gradient);
+    if (!(gradient > 0.0)) return 0.0;
+    factor = 1.0 / (thickness * gradient);
+  }
+  const Vector v1 = scaled(*this, a.values, factor), v2 = scaled(*this, b.values, factor);
+  Vector d{};
+  for (std::size_t i = 0; i < 4; ++i) d[i] = v2[i] - v1[i];
+  const double length = std::sqrt(dot(d, d));
+  if (std::isnan(length) || std::isinf(length)) return 0.0;
+  if (length == 0.0) return std::exp(-dot(v1, v1));
+  // The distance of the segment's line from the centre, and where along it the centre lies.
+  const double along = dot(v1, d) / length;
+  Vector aside{};
+  for (std::size_t i = 0; i < 4; ++i) aside[i] = v1[i] - along * d[i] / length;
+  return std::exp(-dot(aside, aside)) * meanOfGaussian(along, along + length);
+}
+
+namespace {
+
+/// A primitive as it is written: what is left out is filled in by resolved().
+struct Primitive {
+  std::optional<Vector> center;
+  std::optional<std::array<Vector, 4>> scale;
+  std::optional<double> thickness;
+};
+
+class Gaussian final : public Classifier {
+ public:
+  Gaussian(std::vector<std::string> fields, std::vector<Feature> features,
+           std::vector<Primitive> primitives)
+      : Classifier("gaussian", std::move(fields), std::move(features)),
+        primitives_(std::move(primitives)) {
+    for (const Primitive& each : primitives_) {
+      if (each.center && each.scale) {
+        resolved_.push_back(
+            {int(fields_.size()), *each.center, *each.scale, each.thickness.value_or(0.0)});
+      }
+    }
+  }
+
+  std::unique_ptr<Classifier> resolved(std::span<const FieldDomain> domains,
+                                       double referenceLength) const override {
+    auto primitives = primitives_;
+    for (Primitive& each : primitives) {
+      // Nothing but a name: the paper's default, a triangular one as wide as the fields.
+      if (!each.scale && !each.thickness) each.thickness = referenceLength;
+      if (!each.center) {
+        each.center.emplace();
+        for (std::size_t j = 0; j < fields_.size(); ++j) (*each.center)[j] = domains[j].median;
+      }
+      if (!each.scale) {
+        each.scale.emplace();
+        for (std::size_t j = 0; j < fields_.size(); ++j)
+          (*each.scale)[j][j] = 1.0 / domains[j].range();
+      }
+    }
+    return std::make_unique<Gaussian>(fields_, features_, std::move(primitives));
+  }
+
+  std::unique_ptr<Classifier> normalised(std::span<const FieldDomain> domains) const override {
+    auto primitives = primitives_;
+    for (Primitive& each : primitives) {
+      for (std::size_t j = 0; j < fields_.size(); ++j) {
+        (*each.center)[j] = ((*each.center)[j] - domains[j].low) / domains[j].range();
+        for (Vector& row : *each.scale) row[j] *= domains[j].range();
+      }
+    }
+    return std::make_unique<Gaussian>(fields_, features_, std::move(primitives));
+  }
+
+  void weights(const FieldSample& a, const FieldSample& b,
+               std::span<double> weights) const override {
+    for (std::size_t i = 0; i < resolved_.size(); ++i) weights[i] = resolved_[i].mean(a, b);
+  }
+
+  bool needsGradient() const override {
+    for (const auto& each : primitives_) {
+      if (each.thickness || !each.scale) return true;
+    }
+    return false;
+  }
+
+  std::string_view glsl() const override;
+
+  /// Six a primitive: the rows of K, the centre, and (thickness, 0, 0, 0).
+  std::vector<glm::vec4> parameters() const override {
+    const auto vec = [](const Vector& v) {
+      return glm::vec4(float(v[0]), float(v[1]), float(v[2]), float(v[3]));
+    };
+    std::vector<glm::vec4> out;
+    for (const auto& each : resolved_) {
+      for (const Vector& row : each.scale) out.push_back(vec(row));
+      out.push_back(vec(each.center));
+      out.emplace_back(float(each.thickness), 0.0f, 0.0f, 0.0f);
+    }
+    return out;
+  }
+
+  nlohmann::json json() const override {
+    nlohmann::json object = classifierJson(*this);
+    const std::size_t n = fields_.size();
+    for (std::size_t i = 0; i < primitives_.size(); ++i) {
+      const Primitive& each = primitives_[i];
+      nlohmann::json entry = featureJson(features_[i]);
+      if (each.center) {
+        entry["center"] = std::vector<double>(each.center->begin(), each.center->begin() + long(n));
+      }
+      if (each.scale) writeScale(*each.scale, n, entry);
+      if (each.thickness) entry["thickness"] = *each.thickness;
+      object["primitives"].push_back(std::move(entry));
+    }
+    return object;
+  }
+
+ private:
+  static void writeScale(const std::array<Vector, 4>& scale, std::size_t n, nlohmann::json& entry) {
+    bool diagonal = true;
+    std::vector<double> widths, rows;
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = 0; j < n; ++j) {
+        rows.push_back(scale[i][j]);
+        diagonal = diagonal && (i == j ? scale[i][j] > 0.0 : scale[i][j] == 0.0);
+      }
+      widths.push_back(1.0 / scale[i][i]);
+    }
+    if (diagonal) {
+      entry["width"] = widths;
+    } else {
+      entry["matrix"] = rows;
+    }
+  }
+
+  std::vector<Primitive> primitives_;        ///< as written
+  std::vector<GaussianPrimitive> resolved_;  ///< those with all that they need
+};
+
+std::string_view Gaussian::glsl() const {
+  return R"glsl(
+// |error| < 1.5e-7 (Abramowitz and Stegun 7.1.26).
+float erfOf(float x) {
+  float t = 1.0 / (1.0 + 0.3275911 * abs(x));
+  float y = t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 +
+            t * 1.061405429))));
+  return sign(x) * (1.0 - y * exp(-x * x));
+}
+
+// Mean of a Gaussian primitive over a segment (gaussian-transfer-functions eq. 11-14).
+float meanOfPrimitive(int first, vec4 a, vec4 b, float gradient) {
+  mat4 scale = transpose(mat4(parameters[first], parameters[first + 1], parameters[first + 2],
+                              parameters[first + 3]));
+  vec4 center = parameters[first + 4];
+  float thickness = parameters[first + 5].x;
+  if (thickness > 0.0) {
+    if (!(gradient > 0.0)) return 0.0;
+    scale /= thickness * gradient;
+  }
+  vec4 v1 = scale * (a - center), d = scale * (b - a);
+  float size = length(d);
+  if (size < 0.8) {
+    // Four-point Gauss-Legendre: short segments, on which erf's difference loses digits.
+    vec4 m = v1 + 0.5 * d, p = 0.4305681557970263 * d, q = 0.16999052179242813 * d;
+    vec4 m0 = m - p, m1 = m - q, m2 = m + q, m3 = m + p;
+    return 0.17392742256872693 * (exp(-dot(m0, m0)) + exp(-dot(m3, m3))) +
+           0.32607257743127307 * (exp(-dot(m1, m1)) + exp(-dot(m2, m2)));
+  }
+  vec4 way = d / size;
+  float along = dot(v1, way);
+  vec4 aside = v1 - along * way;
+  return exp(-dot(aside, aside)) * 0.8862269254527580 * (erfOf(along + size) - erfOf(along)) / size;
+}
+
+void classify(vec4 a, vec4 b, float gradientA, float gradientB, out float weights[CHANNELS]) {
+  for (int i = 0; i < CHANNELS; ++i) {
+    weights[i] = meanOfPrimitive(6 * i, a, b, 0.5 * (gradientA + gradientB));
+  }
+}
+)glsl";
+}
+
+std::optional<Vector> readVector(JsonObject& object, const char* key, std::size_t count) {
+  std::vector<double> numbers;
+  object.read(key, numbers);
+  if (!object.find(key)) return std::nullopt;
+  if (numbers.size() != count) {
+    object.fail(key,
+                fmt::format("must hold {} numbers, one a field, not {}", count, numbers.size()));
+  }
+  Vector vector{};
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!std::isfinite(numbers[i])) object.fail(key, fmt::format("holds {}", numbers[i]));
+    vector[i] = numbers[i];
+  }
+  return vector;
+}
+
+Primitive primitiveFrom(JsonObject& object, std::size_t n) {
+  Primitive primitive;
+  primitive.center = readVector(object, "center", n);
+  if (const auto width = readVector(object, "width", n)) {
+    primitive.scale.emplace();
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!((*width)[i] > 0.0))
+        object.fail("width", fmt::format("{} is not positive", (*width)[i]));
+      (*primitive.scale)[i][i] = 1.0 / (*width)[i];
+    }
+  }
+  if (std::vector<double> rows; object.find("matrix")) {
+    object.read("matrix", rows);
+    if (primitive.scale) object.fail("matrix", "and width are both given");
+    if (rows.size() != n * n)
+      object.fail("matrix", fmt::format("must hold {} numbers, not {}", n * n, rows.size()));
+    primitive.scale.emplace();
+    for (std::size_t i = 0; i < rows.size(); ++i) (*primitive.scale)[i / n][i % n] = rows[i];
+  }
+  if (double thickness = 0.0; object.find("thickness")) {
+    object.read("thickness", thickness);
+    if (!(thickness > 0.0)) object.fail("thickness", fmt::format("{} is not positive", thickness));
+    primitive.thickness = thickness;
+  }
+  return primitive;
+}
+
+}  // namespace
+
+std::unique_ptr<Classifier> readGaussian(JsonObject& object, std::vector<std::string> fields) {
+  std::vector<Feature> features;
+  std::vector<Primitive> primitives;
+  for (JsonObject& each : object.list("primitives")) {
+    features.push_back(featureFrom(each, fmt::format("primitive{}", features.size())));
+    primitives.push_back(primitiveFrom(each, fields.size()));
+    each.finish();
+  }
+  if (features.size() > Classifier::kMaxFeatures) {
+    object.fail("primitives",
+                fmt::format("holds {}, more than {}", features.size(), Classifier::kMaxFeatures));
+  }
+  if (!object.find("primitives")) {
+    features.push_back({.name = "median"});
+    primitives.emplace_back();
+  } else if (features.empty()) {
+    object.fail("primitives", "must not be empty");
+  }
+  return std::make_unique<Gaussian>(std::move(fields), std::move(features), std::move(primitives));
+}
+
+}  // namespace vestige

@@ -83,6 +83,12 @@ class Classifier {
   virtual void weights(const FieldSample& a, const FieldSample& b,
                        std::span<double> weights) const = 0;
   virtual bool needsGradient() const { return false; }
+  /// Whether no channel weighs more than kNegligible anywhere between two corners of a box of
+  /// values and gradients. May say no where nobody can tell.
+  virtual bool vanishes(const FieldSample& /*low*/, const FieldSample& /*high*/) const {
+    return false;
+  }
+  static constexpr double kNegligible = 1e-6;
 
   /// The same in GLSL ES 3.00, for normalised values: the text defines
   ///   void classify(vec4 a, vec4 b, float gradientA, float gradientB, out float weights[CHANNELS])

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -68,6 +69,27 @@ double GaussianPrimitive::mean(const FieldSample& a, const FieldSample& b) const
   return std::exp(-dot(aside, aside)) * meanOfGaussian(along, along + length);
 }
 
+double GaussianPrimitive::most(const FieldSample& low, const FieldSample& high) const {
+  double square = 0.0;
+  for (std::size_t i = 0; i < std::size_t(fields); ++i) {
+    // The least |row (v - c)|: each row by itself, so that the sum is no more than the true least.
+    double from = 0.0, to = 0.0;
+    for (std::size_t j = 0; j < std::size_t(fields); ++j) {
+      const double a = scale[i][j] * (low.values[j] - center[j]);
+      const double b = scale[i][j] * (high.values[j] - center[j]);
+      from += std::min(a, b);
+      to += std::max(a, b);
+    }
+    const double least = std::max({from, -to, 0.0});
+    square += least * least;
+  }
+  if (thickness > 0.0) {
+    if (!(high.gradient > 0.0)) return 0.0;
+    square /= thickness * thickness * high.gradient * high.gradient;
+  }
+  return std::exp(-square);
+}
+
 namespace {
 
 /// A primitive as it is written: what is left out is filled in by resolved().
@@ -131,6 +153,12 @@ class Gaussian final : public Classifier {
       if (each.thickness || !each.scale) return true;
     }
     return false;
+  }
+
+  bool vanishes(const FieldSample& low, const FieldSample& high) const override {
+    return std::all_of(resolved_.begin(), resolved_.end(), [&](const GaussianPrimitive& each) {
+      return each.most(low, high) <= kNegligible;
+    });
   }
 
   std::string_view glsl() const override;

@@ -20,6 +20,8 @@ struct GaussianPrimitive {
   /// ∫ g dt over a segment, t in [0, 1], on which v goes linearly from a to b (eq. 11-14); the
   /// triangular form has the mean gradient of both ends throughout (§5.2.1). Within 1e-9.
   double mean(const FieldSample& a, const FieldSample& b) const;
+  /// At least the greatest g between two corners of a box of values and gradients.
+  double most(const FieldSample& low, const FieldSample& high) const;
 };
 
 /// ∫ exp(-(x1 + t (x2 - x1))²) dt over [0, 1]: IGauss of eq. 16.

@@ -6,11 +6,14 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 #include "proxy/classifier/kinds.h"
 #include "proxy/colormap.h"
+#include "proxy/interval_partition.h"
 #include "proxy/json_object.h"
+#include "proxy/statistics.h"
 #include "proxy/transfer_function.h"
 
 namespace vestige {
@@ -57,6 +60,23 @@ void readColor(JsonObject& object, glm::dvec3& color) {
 }
 
 }  // namespace
+
+FieldDomain fieldDomain(const IntervalPartition& partition, const FieldStatistics& statistics) {
+  FieldDomain domain{partition.low(), partition.high(), statistics.low};
+  const auto& bins = statistics.histogram;
+  const double half = 0.5 * double(std::accumulate(bins.begin(), bins.end(), std::uint64_t(0)));
+  double before = 0.0;
+  for (std::size_t i = 0; i < bins.size(); ++i) {
+    if (before + double(bins[i]) < half || bins[i] == 0) {
+      before += double(bins[i]);
+      continue;
+    }
+    const double place = (double(i) + (half - before) / double(bins[i])) / double(bins.size());
+    domain.median = statistics.low + place * (statistics.high - statistics.low);
+    break;
+  }
+  return domain;
+}
 
 double Feature::extinction(double referenceLength) const {
   if (!enabled) return 0.0;

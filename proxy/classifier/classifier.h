@@ -14,7 +14,9 @@
 
 namespace vestige {
 
+class IntervalPartition;
 class JsonObject;
+struct FieldStatistics;
 
 /// What a classifier sees of the fields at a point.
 struct FieldSample {
@@ -29,6 +31,10 @@ struct FieldDomain {
   double low = 0.0, high = 1.0, median = 0.5;
   double range() const { return high - low; }
 };
+
+/// Of a field as an archive or a run knows it: the range of its partition, and the median by the
+/// histogram of `statistics`.
+FieldDomain fieldDomain(const IntervalPartition& partition, const FieldStatistics& statistics);
 
 /// A thing that a classifier finds, such as a primitive, a material or a boundary, and its look:
 /// what can be edited afterwards.

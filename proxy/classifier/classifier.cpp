@@ -83,6 +83,12 @@ double Feature::extinction(double referenceLength) const {
   return extinctionOf(opacity, referenceLength);
 }
 
+glm::dvec3 MaximumLook::color(double value) const {
+  if (std::isnan(value)) return glm::dvec3(0.0);
+  if (low == high) return colormap.at(value < low ? 0.0 : value > low ? 1.0 : 0.5);
+  return colormap.at(std::clamp((value - low) / (high - low), 0.0, 1.0));
+}
+
 Classifier::Classifier(std::string kind, std::vector<std::string> fields,
                        std::vector<Feature> features)
     : kind_(std::move(kind)), fields_(std::move(fields)), features_(std::move(features)) {}

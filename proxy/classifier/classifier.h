@@ -12,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include "proxy/colormap.h"
+
 namespace vestige {
 
 class IntervalPartition;
@@ -51,6 +53,14 @@ struct Feature {
 struct ChannelOptics {
   double extinction = 0.0;   ///< 1 / world unit
   glm::dvec3 emission{0.0};  ///< extinction-weighted linear RGB (σ c)
+};
+
+/// How a maximum intensity projection colours the greatest value along a ray (method §1).
+struct MaximumLook {
+  Colormap colormap;
+  double low = 0.0, high = 1.0;  ///< the values at both ends of the map; equal: a step
+  /// Linear RGB of a value; black where there is none (NaN).
+  glm::dvec3 color(double value) const;
 };
 
 /// Maps the vector of up to four field values along a segment of a ray to weights of its channels;
@@ -95,6 +105,12 @@ class Classifier {
     return false;
   }
   static constexpr double kNegligible = 1e-6;
+  /// [channel] density ρ: light falls on surfaces of D = Σ ρ w, its gradient their normal (Drebin
+  /// et al., method §1). Empty: on those of the extinction.
+  virtual std::vector<double> densities() const { return {}; }
+  /// Not nullptr: no channels and no weights; a ray shows the colour of the greatest value of the
+  /// one field along it.
+  virtual const MaximumLook* maximum() const { return nullptr; }
 
   /// The same in GLSL ES 3.00, for normalised values: the text defines
   ///   void classify(vec4 a, vec4 b, float gradientA, float gradientB, out float weights[CHANNELS])

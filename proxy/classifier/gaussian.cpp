@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 
@@ -88,6 +89,41 @@ double GaussianPrimitive::most(const FieldSample& low, const FieldSample& high) 
     square /= thickness * thickness * high.gradient * high.gradient;
   }
   return std::exp(-square);
+}
+
+namespace {
+
+/// "width" of a diagonal K, "matrix" of any other.
+void writeScale(const std::array<Vector, 4>& scale, std::size_t n, nlohmann::json& entry) {
+  bool diagonal = true;
+  std::vector<double> widths, rows;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < n; ++j) {
+      rows.push_back(scale[i][j]);
+      diagonal = diagonal && (i == j ? scale[i][j] > 0.0 : scale[i][j] == 0.0);
+    }
+    widths.push_back(1.0 / scale[i][i]);
+  }
+  if (diagonal) {
+    entry["width"] = widths;
+  } else {
+    entry["matrix"] = rows;
+  }
+}
+
+void writeCenter(const Vector& center, std::size_t n, nlohmann::json& entry) {
+  entry["center"] = std::vector<double>(center.begin(), center.begin() + long(n));
+}
+
+}  // namespace
+
+nlohmann::json primitiveJson(const GaussianPrimitive& primitive) {
+  nlohmann::json entry = nlohmann::json::object();
+  const auto n = std::size_t(primitive.fields);
+  writeCenter(primitive.center, n, entry);
+  writeScale(primitive.scale, n, entry);
+  if (primitive.thickness > 0.0) entry["thickness"] = primitive.thickness;
+  return entry;
 }
 
 namespace {
@@ -183,9 +219,7 @@ class Gaussian final : public Classifier {
     for (std::size_t i = 0; i < primitives_.size(); ++i) {
       const Primitive& each = primitives_[i];
       nlohmann::json entry = featureJson(features_[i]);
-      if (each.center) {
-        entry["center"] = std::vector<double>(each.center->begin(), each.center->begin() + long(n));
-      }
+      if (each.center) writeCenter(*each.center, n, entry);
       if (each.scale) writeScale(*each.scale, n, entry);
       if (each.thickness) entry["thickness"] = *each.thickness;
       object["primitives"].push_back(std::move(entry));
@@ -194,23 +228,6 @@ class Gaussian final : public Classifier {
   }
 
  private:
-  static void writeScale(const std::array<Vector, 4>& scale, std::size_t n, nlohmann::json& entry) {
-    bool diagonal = true;
-    std::vector<double> widths, rows;
-    for (std::size_t i = 0; i < n; ++i) {
-      for (std::size_t j = 0; j < n; ++j) {
-        rows.push_back(scale[i][j]);
-        diagonal = diagonal && (i == j ? scale[i][j] > 0.0 : scale[i][j] == 0.0);
-      }
-      widths.push_back(1.0 / scale[i][i]);
-    }
-    if (diagonal) {
-      entry["width"] = widths;
-    } else {
-      entry["matrix"] = rows;
-    }
-  }
-
   std::vector<Primitive> primitives_;        ///< as written
   std::vector<GaussianPrimitive> resolved_;  ///< those with all that they need
 };

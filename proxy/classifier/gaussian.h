@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <nlohmann/json_fwd.hpp>
 
 #include "proxy/classifier/classifier.h"
 
@@ -23,6 +24,11 @@ struct GaussianPrimitive {
   /// At least the greatest g between two corners of a box of values and gradients.
   double most(const FieldSample& low, const FieldSample& high) const;
 };
+
+/// {"center": [...], "width": [...] or "matrix": [...], "thickness": ...}: the keys of a primitive
+/// in a classifier's JSON. "width" where K is diagonal and positive, "thickness" where there is
+/// one.
+nlohmann::json primitiveJson(const GaussianPrimitive& primitive);
 
 /// ∫ exp(-(x1 + t (x2 - x1))²) dt over [0, 1]: IGauss of eq. 16.
 double meanOfGaussian(double x1, double x2);

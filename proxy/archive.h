@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proxy/exr_file.h"
+#include "proxy/feature_layout.h"
 #include "proxy/proxy_image.h"
 #include "proxy/raster.h"
 #include "proxy/sliced_stack.h"
@@ -49,6 +50,7 @@ struct EncodedProxy {
 /// and encodePng.
 EncodedProxy encodeProxy(const ProxyImage& image, const Raster* preview = nullptr);
 EncodedProxy encodeProxy(const SlicedStack& stack, const Raster* preview = nullptr);
+EncodedProxy encodeProxy(const FeatureStack& stack, const Raster* preview = nullptr);
 
 /// Writes an archive, step by step; a step is in the table whole or not at all, and any prefix of
 /// the history of writes opens cleanly. One writer at a time: it holds an advisory lock on the

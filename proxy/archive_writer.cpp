@@ -94,6 +94,12 @@ EncodedProxy encodeProxy(const SlicedStack& stack, const Raster* preview) {
   return proxy;
 }
 
+EncodedProxy encodeProxy(const FeatureStack& stack, const Raster* preview) {
+  EncodedProxy proxy = encodedProxy(stack.header, std::string(kind::kSlicedFeatures), preview);
+  proxy.exr = encodeFeatureStack(stack);
+  return proxy;
+}
+
 ArchiveWriter::ArchiveWriter(fs::path directory, ExistingArchive policy)
     : directory_(fs::absolute(directory)) {
   createFoldersDurably(directory_);

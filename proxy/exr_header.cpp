@@ -117,7 +117,7 @@ void requireFinite(const json& value) {
   if (value.is_structured())
     for (const auto& inner : value) requireFinite(inner);
   else if (value.is_number_float())
-    finite("the base transfer function", value.get<double>());
+    finite("a transfer function or classifier", value.get<double>());
 }
 
 /// What a reader would refuse must not be written.
@@ -278,6 +278,11 @@ void setProxyAttributes(Imf::Header& header, const ProxyHeader& proxy) {
     finite("the error of learned colours", proxy.learned->error);
     write.text("vestige:learned", toJson(*proxy.learned).dump());
   }
+  if (proxy.features) {
+    const json features = toJson(*proxy.features);
+    requireFinite(features);
+    write.text("vestige:classifier", features.dump());
+  }
   write.text("vestige:statistics", withSpelledNonFinites(toJson(proxy.statistics)).dump());
   write.text("vestige:provenance", proxy.provenance);
   write.text("comments", proxy.note);
@@ -342,6 +347,8 @@ ProxyHeader proxyHeaderFrom(const Imf::Header& header) try {
     proxy.looks = looksFrom(json::parse(looks));
   if (std::string learned = read.text("vestige:learned"); !learned.empty())
     proxy.learned = learnedOriginFromJson(json::parse(learned));
+  if (std::string features = read.text("vestige:classifier"); !features.empty())
+    proxy.features = featureOriginFromJson(json::parse(features));
   if (proxy.isovalues.size() > std::size_t(ExrLimits::kParts))
     refuse(fmt::format("it has {} isovalues", proxy.isovalues.size()));
   proxy.statistics =

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "proxy/error.h"
+#include "proxy/feature_layout.h"
 #include "proxy/field_layout.h"
 #include "proxy/layered_layout.h"
 #include "proxy/learned_layout.h"
@@ -33,8 +34,9 @@ struct Rule {
 Rule ruleFor(const ProxyHeader& header, const ProxyPart& part, const std::string& channel) {
   const std::string& kind = header.kind;
   const double fraction = 1.0 + part.error + kComputed;
-  if (kind == kind::kAttenuation) return {"a fraction of light", 0.0, fraction, {}};
-  if (part.name == "length") {
+  if (kind == kind::kAttenuation || part.name == "attenuation" || part.name == "transmittance")
+    return {"a fraction of light", 0.0, fraction, {}};
+  if (part.name == "length" || part.name == "integral") {
     const double longest = header.domain.diagonal() * (1.0 + kComputed) + part.error;
     return {"a length within the domain", 0.0, longest, {}};
   }
@@ -127,6 +129,8 @@ class Checker {
       checkLayered();
     else if (kind == kind::kField)
       checkField();
+    else if (kind == kind::kFeatures)
+      checkFeatures();
     else
       report("its kind '{}' is unknown", kind);
     return std::move(problems_);
@@ -303,6 +307,36 @@ class Checker {
     }
   }
 
+  void checkFeatures() {
+    if (!image_.header.features) {
+      report("it has no classifier");
+      return;
+    }
+    requireParts(4);
+    const FeatureOrigin& features = *image_.header.features;
+    const std::vector<std::string> names = features.classifier->channels();
+    const ProxyPart* attenuation = partWith("attenuation", names);
+    const ProxyPart* left = partWith("transmittance", {"T"});
+    const ProxyPart* integral = partWith("integral", names);
+    const ProxyPart* depth = partWith("depth", names);
+    if (!attenuation || !left || !integral || !depth) return;
+    if (!inRange(*attenuation) || !inRange(*left) || !inRange(*integral) || !inRange(*depth))
+      return;
+    const Rule depths = ruleFor(image_.header, *depth, "");
+    for (std::size_t c = 0; c < names.size(); ++c)
+      each(*depth, depth->channels[c], "a depth within the domain, or 0 where the integral is 0",
+           [&](float v, std::size_t i) {
+             const bool met = integral->channels[c].values[i] > 0.0f;
+             return met ? v >= depths.low && v <= depths.high : v == 0.0f;
+           });
+    // What takes light away, and what is left.
+    ProxyPart light{"attenuation", 1.0, 0.0, attenuation->error, left->channels};
+    const auto optics = features.classifier->optics(features.referenceLength);
+    for (std::size_t c = 0; c < names.size(); ++c)
+      if (optics[c].extinction > 0.0) light.channels.push_back(attenuation->channels[c]);
+    sums(light, 1.0, 1.0, "add up to 1 with the transmittance");
+  }
+
   void checkTraining() {
     const std::size_t pictures = image_.header.looks.size();
     if (pictures == 0) report("it does not say of which looks its pictures are");
@@ -347,9 +381,10 @@ std::vector<std::string> outOfRange(const ProxyHeader& header, const ProxyPart& 
 std::vector<std::string> problemsOf(const ProxyImage& image) { return Checker(image).run(); }
 
 std::vector<std::string> problemsOf(const ExrFile& file) {
-  if (file.header().kind != kind::kSliced) return problemsOf(file.image());
+  const bool features = file.header().kind == kind::kSlicedFeatures;
+  if (!features && file.header().kind != kind::kSliced) return problemsOf(file.image());
   try {
-    readStack(file);
+    features ? void(readFeatureStack(file)) : void(readStack(file));
   } catch (const Error& e) {
     if (e.code() != ErrorCode::Format && e.code() != ErrorCode::NotFound) throw;
     return {e.what()};

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "proxy/camera.h"
+#include "proxy/feature_origin.h"
 #include "proxy/field_grid.h"
 #include "proxy/interval_partition.h"
 #include "proxy/learned_origin.h"
@@ -29,6 +30,8 @@ inline constexpr std::string_view kLearned = "learned";
 inline constexpr std::string_view kLayered = "layered";
 inline constexpr std::string_view kSliced = "sliced";
 inline constexpr std::string_view kField = "field";
+inline constexpr std::string_view kFeatures = "features";
+inline constexpr std::string_view kSlicedFeatures = "sliced-features";
 }  // namespace kind
 
 /// Everything that a proxy says of itself; the EXR attributes of docs/archive-format.md.
@@ -45,11 +48,12 @@ struct ProxyHeader {
   std::optional<IntervalPartition> partition;  ///< attenuation, length
   std::optional<TransferFunction> base;        ///< the run's base transfer function
   std::vector<double> isovalues;               ///< depth: one per layer
-  std::vector<double> slabDepths;              ///< sliced: planar, rising; one more than slabs
-  std::optional<FieldGrid> grid;               ///< field
+  std::vector<double> slabDepths;  ///< sliced, sliced-features: planar, rising; one more than slabs
+  std::optional<FieldGrid> grid;   ///< field
   std::string shading;  ///< reference, training, learned, layered: the light of their colours
-  std::vector<TransferFunction> looks;   ///< training, learned: of each training picture
-  std::optional<LearnedOrigin> learned;  ///< learned
+  std::vector<TransferFunction> looks;    ///< training, learned: of each training picture
+  std::optional<LearnedOrigin> learned;   ///< learned
+  std::optional<FeatureOrigin> features;  ///< features, sliced-features; `field` is their name
   FieldStatistics statistics;
   std::string provenance;  ///< "vestige 0.1.0; ..." free text
   std::string note;        ///< what the user's config says about the run
@@ -96,6 +100,14 @@ struct Channel {
 /// field        zfp            byte: the compressed samples, one byte a pixel, row by row;   half
 ///              nodata         byte: a bit a sample, low bits first, 1 = no data; absent
 ///                             where every sample has data;                              half
+/// features     attenuation    the classifier's channels F...: fraction of light under the run's
+/// look
+///                             (feature_layout.h);                                       half
+///              transmittance  T: what is left;                                          half
+///              integral       F...: ∫ w ds;                                             half
+///              depth          F...: mean depth as of `length`, 0 where ∫ w ds = 0;      half
+/// sliced-      slabSS         F...: ∫ w ds over the ray's stretch in slab SS, as a share
+/// features                    of that stretch;                                          half
 /// A part's values are stored divided by `unit` after subtracting `zero`; readers undo it, so
 /// in memory every channel is in the unit that the table gives and ℓ, z̄ are world units. Where
 /// zero != 0 a stored 0 means missing and is 0 in memory. proxy_layout.h makes parts whose values

@@ -93,29 +93,36 @@ FieldSamples evenlySampled(FieldSamples field) {
   return even;
 }
 
-FieldSource::FieldSource(const ProxyImage& image) : header_(image.header) {
-  const FieldSamples field = evenlySampled(fieldSamples(image));
-  glm::ivec3 size;
-  glm::dmat4 worldFromGrid(1.0);
-  glm::dvec3 low, high;
+PlacedField placedField(const ProxyImage& image) {
+  FieldSamples field = evenlySampled(fieldSamples(image));
+  PlacedField placed;
+  placed.header = image.header;
   for (int a = 0; a < 3; ++a) {
     const FieldAxis& axis = field.axes[std::size_t(a)];
-    const double from = header_.domain.low[a], to = header_.domain.high[a];
-    size[a] = axis.count;
+    const double from = placed.header.domain.low[a], to = placed.header.domain.high[a];
+    placed.size[a] = axis.count;
     // One sample fills the domain.
     const bool one = axis.count == 1;
     const double origin = one ? from : axis.first - 0.5 * axis.spacing;
     const double extent = one ? std::max(to - from, 1e-300) : axis.count * axis.spacing;
-    worldFromGrid[a][a] = extent;
-    worldFromGrid[3][a] = origin;
-    low[a] = (from - origin) / extent;
-    high[a] = (to - origin) / extent;
+    placed.worldFromGrid[a][a] = extent;
+    placed.worldFromGrid[3][a] = origin;
+    placed.low[a] = (from - origin) / extent;
+    placed.high[a] = (to - origin) / extent;
   }
-  grid_ = LookGrid::scalar(size, worldFromGrid, field.values);
-  grid_.low = low;
-  grid_.high = high;
-  grid_.valueZero = field.low + grid_.valueZero * (field.high - field.low);
-  grid_.valueUnit *= field.high - field.low;
+  placed.values = std::move(field.values);
+  placed.valueZero = field.low;
+  placed.valueUnit = field.high - field.low;
+  return placed;
+}
+
+FieldSource::FieldSource(const ProxyImage& image) : header_(image.header) {
+  const PlacedField field = placedField(image);
+  grid_ = LookGrid::scalar(field.size, field.worldFromGrid, field.values);
+  grid_.low = field.low;
+  grid_.high = field.high;
+  grid_.valueZero = field.valueZero + grid_.valueZero * field.valueUnit;
+  grid_.valueUnit *= field.valueUnit;
 }
 
 VolumeView FieldSource::draw(const Look& look, const TransferFunction& function,

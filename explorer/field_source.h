@@ -6,6 +6,18 @@
 
 namespace vestige {
 
+/// A stored field on an even grid in the world, as LookGrid has it.
+struct PlacedField {
+  ProxyHeader header;
+  glm::ivec3 size{0};
+  glm::dmat4 worldFromGrid{1.0};
+  glm::dvec3 low{0.0}, high{1.0};
+  std::vector<float> values;  ///< value = number * unit + zero; NaN = no data
+  double valueUnit = 1.0, valueZero = 0.0;
+};
+/// Throws Format for a proxy that does not decode.
+PlacedField placedField(const ProxyImage& image);
+
 /// A stored field (kind "field") on the GPU. Uneven axes are resampled to even ones as fine as
 /// their finest spacing, with up to four times as many samples. Made, used and destroyed in
 /// Device::run.

@@ -207,6 +207,53 @@ LookGrid LookGrid::scalar(glm::ivec3 size, const glm::dmat4& worldFromGrid,
   return grid;
 }
 
+LookGrid LookGrid::fields(glm::ivec3 size, const glm::dmat4& worldFromGrid,
+                          std::span<const float> values, std::span<const float> gradients) {
+  checkCount(size, values.size(), 4);
+  if (!gradients.empty()) checkCount(size, gradients.size(), 1);
+  LookGrid grid;
+  grid.content = GridContent::Fields;
+  grid.size = size;
+  grid.worldFromGrid = worldFromGrid;
+  grid.bricks = bricksOf(size);
+  std::vector<float> texels(values.begin(), values.end());
+  for (float& texel : texels) {
+    if (!std::isfinite(texel)) texel = kNoValue;
+  }
+  grid.values = texture3D(GL_RGBA32F, size, GL_LINEAR);
+  uploadSlab(grid.values, size, 0, size.z, GL_RGBA, GL_FLOAT, texels.data());
+  if (!gradients.empty()) {
+    // Where a value is missing the gradient is never asked for.
+    std::vector<float> norms(gradients.begin(), gradients.end());
+    for (float& norm : norms) norm = std::isfinite(norm) ? norm : 0.0f;
+    grid.gradients = texture3D(GL_R32F, size, GL_LINEAR);
+    uploadSlab(*grid.gradients, size, 0, size.z, GL_RED, GL_FLOAT, norms.data());
+  }
+  grid.brickBox.resize(std::size_t(grid.bricks.x) * std::size_t(grid.bricks.y) *
+                       std::size_t(grid.bricks.z));
+  forEachBrick(grid.bricks, [&](std::size_t index, glm::ivec3 brick) {
+    std::array<FieldSample, 2> box;
+    box[0].values.fill(HUGE_VAL);
+    box[1].values.fill(-HUGE_VAL);
+    box[0].gradient = HUGE_VAL;
+    box[1].gradient = 0.0;
+    forBrickRows(size, brick, [&](std::size_t first, int count) {
+      for (std::size_t i = first; i < first + std::size_t(count); ++i) {
+        if (texels[4 * i] == kNoValue) continue;
+        for (std::size_t j = 0; j < 4; ++j) {
+          box[0].values[j] = std::min(box[0].values[j], double(texels[4 * i + j]));
+          box[1].values[j] = std::max(box[1].values[j], double(texels[4 * i + j]));
+        }
+        if (gradients.empty() || !std::isfinite(gradients[i])) continue;
+        box[0].gradient = std::min(box[0].gradient, double(gradients[i]));
+        box[1].gradient = std::max(box[1].gradient, double(gradients[i]));
+      }
+    });
+    grid.brickBox[index] = box;
+  });
+  return grid;
+}
+
 void LookGrid::setGuess(glm::ivec3 guessSize, std::span<const std::uint8_t> share) {
   checkCount(guessSize, share.size(), 1);
   guess = texture3D(GL_R8, guessSize, GL_LINEAR);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <functional>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
@@ -11,12 +12,14 @@
 #include <vector>
 
 #include "explorer/gpu.h"
+#include "proxy/classifier/classifier.h"
 
 namespace vestige {
 
 /// Optics: texels are (σ·c, σ) / scale of the current look. Scalar: texels are values, classified
-/// after interpolation by an OpticsTable; kNoValue = no data.
-enum class GridContent { Optics, Scalar };
+/// after interpolation by an OpticsTable; kNoValue = no data. Fields: texels are up to four values,
+/// classified after interpolation by a Classifier.
+enum class GridContent { Optics, Scalar, Fields };
 
 /// How optics are stored. Half: 11 bits of each texel's own magnitude. Byte: 8 bits of `scale`.
 enum class OpticsFormat { Half, Byte };
@@ -48,7 +51,10 @@ struct LookGrid {
   /// counted as the first, have nothing, in every direction.
   gl::Texture leaps{GL_TEXTURE_3D};
   glm::ivec3 bricks{0};
-  std::vector<glm::vec2> brickRange;  ///< scalar: [brick] least and greatest texel that weighs
+  std::vector<glm::vec2> brickRange;     ///< scalar: [brick] least and greatest texel that weighs
+  std::optional<gl::Texture> gradients;  ///< fields: R32F, 3-D, filtered: FieldSample::gradient
+  /// Fields: [brick] the corners of the box of samples that weigh in it; empty: low > high.
+  std::vector<std::array<FieldSample, 2>> brickBox;
 
   /// Uploads (σ·c, σ) of each cell in 1 / world unit, 4 floats a cell, all finite and >= 0. Throws
   /// InvalidArgument for sizes that do not fit, Gl for grids that OpenGL cannot hold.
@@ -61,6 +67,11 @@ struct LookGrid {
   /// Uploads values; what is not finite is no data.
   static LookGrid scalar(glm::ivec3 size, const glm::dmat4& worldFromGrid,
                          std::span<const float> values);
+
+  /// Uploads four normalised values a cell, kNoValue in the first of a cell without data, and one
+  /// gradient norm a cell, or none at all.
+  static LookGrid fields(glm::ivec3 size, const glm::dmat4& worldFromGrid,
+                         std::span<const float> values, std::span<const float> gradients);
 
   /// Uploads which share of each cell is a guess, 255 = all of it; `guessSize` may be coarser.
   void setGuess(glm::ivec3 guessSize, std::span<const std::uint8_t> share);

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "proxy/json_object.h"
 #include "explorer/look.h"
 #include "proxy/error.h"
+#include "proxy/json_object.h"
 
 namespace vestige {
 namespace {

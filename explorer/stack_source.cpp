@@ -68,25 +68,30 @@ std::vector<std::string> StackSource::viewsOf(const Archive& archive, long cycle
   return names;
 }
 
-StackSource::StackSource(const Archive& archive, long cycle, std::string field)
-    : cycle_(cycle), field_(std::move(field)) {
+StackSamples samplesOfStacks(const Archive& archive, long cycle, const std::string& field,
+                             std::vector<ProxyHeader>& fused) {
   std::vector<const ArchiveRow*> rows;
   std::vector<ProxyHeader> headers;
-  for (const std::string& view : viewsOf(archive, cycle_, field_)) {
-    rows.push_back(archive.find(cycle_, view, field_, kind::kSliced));
+  for (const std::string& view : StackSource::viewsOf(archive, cycle, field)) {
+    rows.push_back(archive.find(cycle, view, field, kind::kSliced));
     headers.push_back(archive.open(*rows.back()).header());
   }
   if (rows.empty()) {
     throw Error(ErrorCode::NotFound,
-                fmt::format("cycle {} has no sliced proxy of field '{}'", cycle_, field_));
+                fmt::format("cycle {} has no sliced proxy of field '{}'", cycle, field));
   }
   std::vector<StackSamples> samples;
   for (const std::size_t i : mostDifferent(headers)) {
     const SlicedStack stack = readStack(archive.open(*rows[i]));
     samples.push_back(sampledStack(stack.header, runsOfStack(stack)));
-    headers_.push_back(stack.header);
+    fused.push_back(stack.header);
   }
-  grid_ = fusedStacks(std::move(samples)).upload();
+  return fusedStacks(std::move(samples));
+}
+
+StackSource::StackSource(const Archive& archive, long cycle, std::string field)
+    : cycle_(cycle), field_(std::move(field)) {
+  grid_ = samplesOfStacks(archive, cycle_, field_, headers_).upload();
 }
 
 VolumeView StackSource::draw(const Look& look, const TransferFunction& function,

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "explorer/grid_painter.h"
+#include "explorer/stack_grid.h"
 #include "proxy/archive.h"
 
 namespace vestige {
@@ -42,6 +43,11 @@ class StackSource {
   LookGrid grid_;
   GridPainter painter_;
 };
+
+/// The field that up to kMost of a step's stacks give together, and the headers of these.
+/// Throws NotFound when there is none.
+StackSamples samplesOfStacks(const Archive& archive, long cycle, const std::string& field,
+                             std::vector<ProxyHeader>& fused);
 
 /// What bounds the error of a stack, in a sentence: widths of intervals, thickness of slabs,
 /// levels.

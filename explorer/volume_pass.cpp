@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
+#include "bake_frag.embed.h"
 #include "brick_frag.embed.h"
 #include "fullscreen_vert.embed.h"
 #include "normal_frag.embed.h"
@@ -41,6 +42,9 @@ void checkSetup(const LookGrid& grid, const VolumeSetup& setup) {
     refuse("isosurfaces and maxima need values, the grid holds optics");
   }
   if (scalar && !surfaces && !setup.table) refuse("values need a table of optics");
+  if (grid.content == GridContent::Fields && !setup.classified) {
+    refuse("fields need a classifier");
+  }
   if (surfaces && (setup.isosurfaces.empty() || setup.isosurfaces.size() > kMaxIsosurfaces)) {
     refuse(std::to_string(setup.isosurfaces.size()) + " isosurfaces, 1 to " +
            std::to_string(kMaxIsosurfaces) + " can be drawn");
@@ -58,6 +62,43 @@ void setEntries(const gl::Program& program, const LookGrid& grid, const OpticsTa
   const double perValue = OpticsTable::kEntries / (table.high() - table.low());
   gl::functions().Uniform2f(program.uniform("entryFromTexel"), float(grid.valueUnit * perValue),
                             float((grid.valueZero - table.low()) * perValue));
+}
+
+bool usesGradients(const LookGrid& grid, const ClassifiedLook& look) {
+  if (look.classifier->needsGradient() && !grid.gradients) {
+    refuse("the classifier needs gradients, the grid has none");
+  }
+  return look.classifier->needsGradient();
+}
+
+/// A shader with the classifier's own text in the place that it leaves for it.
+std::string withClassifier(std::string_view shader, const Classifier& classifier) {
+  constexpr std::string_view kPlace = "#pragma classifier";
+  std::string text(shader);
+  return text.replace(text.find(kPlace), kPlace.size(), classifier.glsl());
+}
+
+void addClassifierDefines(std::vector<std::pair<std::string, std::string>>& defines,
+                          const LookGrid& grid, const ClassifiedLook& look) {
+  defines.emplace_back("FIELDS", "1");
+  defines.emplace_back("CHANNELS", std::to_string(look.optics.size()));
+  defines.emplace_back("PARAMETERS", std::to_string(look.classifier->parameters().size()));
+  if (usesGradients(grid, look)) defines.emplace_back("GRADIENT", "1");
+}
+
+void setClassifier(const gl::Program& program, const LookGrid& grid, const ClassifiedLook& look,
+                   double scale) {
+  const gl::Functions& gl = gl::functions();
+  const std::vector<glm::vec4> parameters = look.classifier->parameters();
+  gl.Uniform4fv(program.uniform("parameters"), GLsizei(parameters.size()),
+                glm::value_ptr(parameters.front()));
+  std::vector<glm::vec4> optics;
+  for (const ChannelOptics& each : look.optics) {
+    optics.push_back(glm::vec4(glm::dvec4(each.emission, each.extinction) / scale));
+  }
+  gl.Uniform4fv(program.uniform("channelOptics"), GLsizei(optics.size()),
+                glm::value_ptr(optics.front()));
+  if (usesGradients(grid, look)) gpu::bindSampler(program, "gradients", 6, *grid.gradients);
 }
 
 void set3(const gl::Program& program, const char* name, const glm::dvec3& value) {
@@ -231,7 +272,13 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
   define(opens, "OPEN");
   define(grid.guess.has_value(), "GUESS");
   define(skips, "SKIP");
-  const gl::Program& cast = program("volume", embedded::volume_frag, defines);
+  const bool fields = grid.content == GridContent::Fields;
+  if (fields) addClassifierDefines(defines, grid, *setup.classified);
+  const gl::Program& cast =
+      fields
+          ? program("volume " + std::string(setup.classified->classifier->kind()),
+                    withClassifier(embedded::volume_frag, *setup.classified->classifier), defines)
+          : program("volume", embedded::volume_frag, defines);
   cast.use();
 
   // Everything in cells, from a middle that keeps single precision exact far from the origin.
@@ -282,6 +329,7 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
     gpu::bindSampler(cast, "table", 2, setup.table->texture());
     setEntries(cast, grid, *setup.table);
   }
+  if (fields) setClassifier(cast, grid, *setup.classified, 1.0);
   if (opens) {
     gpu::bindSampler(cast, "open", 3, setup.occlusion->open);
     gl.Uniform1f(cast.uniform("openStrength"),
@@ -363,6 +411,36 @@ void VolumePass::findBricks(LookGrid& grid, std::span<const Isosurface> surfaces
     }
   }
   grid.setOccupied(occupied);
+}
+
+void VolumePass::findBricks(LookGrid& grid, const Classifier& classifier) {
+  std::vector<std::uint8_t> occupied(grid.brickBox.size());
+  for (std::size_t i = 0; i < occupied.size(); ++i) {
+    const auto& [low, high] = grid.brickBox[i];
+    occupied[i] = low.values[0] <= high.values[0] && !classifier.vanishes(low, high);
+  }
+  grid.setOccupied(occupied);
+}
+
+LookGrid VolumePass::baked(const LookGrid& grid, const ClassifiedLook& look) {
+  const gl::Functions& gl = gl::functions();
+  double scale = 0.0;
+  for (const ChannelOptics& each : look.optics) scale += each.extinction;
+  LookGrid result = LookGrid::emptyOptics(grid.size, grid.worldFromGrid, scale > 0.0 ? scale : 1.0);
+  result.low = grid.low;
+  result.high = grid.high;
+  Defines defines;
+  addClassifierDefines(defines, grid, look);
+  const gl::Program& bake = program("bake " + std::string(look.classifier->kind()),
+                                    withClassifier(embedded::bake_frag, *look.classifier), defines);
+  bake.use();
+  gpu::bindSampler(bake, "values", 0, grid.values);
+  setClassifier(bake, grid, look, result.scale);
+  drawLayers(bake, result.values, result.size);
+  gl.Flush();
+  gl::checkErrors("classifying a grid");
+  findBricks(result);
+  return result;
 }
 
 void VolumePass::drawLayers(const gl::Program& pass, const gl::Texture& target, glm::ivec3 size) {

@@ -32,14 +32,21 @@ struct OcclusionGrid {
   gl::Texture open;  ///< R8, 3-D, filtered, over [0, 1]^3 of the grid
 };
 
+/// What a grid of fields is drawn with.
+struct ClassifiedLook {
+  const Classifier* classifier = nullptr;  ///< normalised
+  std::vector<ChannelOptics> optics;       ///< [channel]
+};
+
 /// How a grid is drawn.
 struct VolumeSetup {
   Camera camera;
   ImageSize size;
   VolumeMode mode = VolumeMode::Compositing;
   const OpticsTable* table = nullptr;  ///< of a scalar grid; LookGrid::leaps must be up to date
-  std::optional<Box> clip;             ///< in world units: what is outside is not drawn
-  const LightSetup* light = nullptr;   ///< from lightSetup(look, camera, camera, ...); null: none
+  const ClassifiedLook* classified = nullptr;  ///< of a grid of fields; leaps must be up to date
+  std::optional<Box> clip;                     ///< in world units: what is outside is not drawn
+  const LightSetup* light = nullptr;  ///< from lightSetup(look, camera, camera, ...); null: none
   const OcclusionGrid* occlusion = nullptr;
   std::vector<Isosurface> isosurfaces;  ///< at most kMaxIsosurfaces
   glm::dvec4 plane{0.0};                ///< slice: the points with dot(plane.xyz, x) = plane.w
@@ -75,6 +82,10 @@ class VolumePass {
   /// ... of a scalar grid under a table; of a scalar grid that shows isosurfaces.
   static void findBricks(LookGrid& grid, const OpticsTable& table);
   static void findBricks(LookGrid& grid, std::span<const Isosurface> surfaces);
+  /// ... of a grid of fields under a normalised classifier.
+  static void findBricks(LookGrid& grid, const Classifier& classifier);
+  /// The optics of each cell of a grid of fields, and their bricks: what light and occlusion need.
+  LookGrid baked(const LookGrid& grid, const ClassifiedLook& look);
   /// Finds LookGrid::normals, which light needs: of extinction for optics, hence once a look, and
   /// of values for scalars, once and for all.
   void findNormals(LookGrid& grid);

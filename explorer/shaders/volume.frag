@@ -3,7 +3,8 @@
 // Ray casting of a 3-D grid (method §1). A point of the pixel's ray is `start + z * along` in cells
 // of the grid, z = planar depth from the depth of the medium's centre; samples stand at whole
 // multiples of `stepDepth`, and the first and the last step are cut at the medium's faces.
-// VolumePass defines SCALAR (values and a table, else optics), MAXIMUM, ISOSURFACE, SLICE, LIT,
+// VolumePass defines SCALAR (values and a table, else optics), FIELDS (up to four values and a
+// classifier of CHANNELS channels and PARAMETERS parameters, with GRADIENT if it wants one), MAXIMUM, ISOSURFACE, SLICE, LIT,
 // OPEN (ambient occlusion), GUESS and SKIP.
 precision highp float;
 precision highp int;
@@ -32,6 +33,13 @@ uniform ivec3 lastBrick;
 #ifdef SCALAR
 uniform sampler2D table;         // row 0: integral up to an entry, row 1: mean over it
 uniform vec2 entryFromTexel;     // entry = texel * x + y
+#endif
+#ifdef FIELDS
+uniform vec4 parameters[PARAMETERS];
+uniform vec4 channelOptics[CHANNELS];  // σ c, σ of a weight of 1
+#ifdef GRADIENT
+uniform sampler3D gradients;
+#endif
 #endif
 #ifdef ISOSURFACE
 uniform int surfaces;
@@ -93,6 +101,33 @@ Entry entryAt(float value, float odd) {
 
 // Mean optics of a stretch along which the value is linear.
 vec4 meanBetween(Entry a, Entry b) { return (b.integral - a.integral) / (b.x - a.x); }
+#endif
+
+#ifdef FIELDS
+#pragma classifier
+
+struct Sample {
+  vec4 values;
+  float gradient;
+};
+
+Sample sampleAt(vec3 cell) {
+#ifdef GRADIENT
+  return Sample(texelAt(cell), texture(gradients, cell * texelFromCell).r);
+#else
+  return Sample(texelAt(cell), 0.0);
+#endif
+}
+
+// Mean optics of a stretch along which all values are linear.
+vec4 opticsBetween(Sample a, Sample b) {
+  if (min(a.values.x, b.values.x) < kNoValueEdge) return vec4(0.0);
+  float weights[CHANNELS];
+  classify(a.values, b.values, a.gradient, b.gradient, weights);
+  vec4 optics = vec4(0.0);
+  for (int i = 0; i < CHANNELS; ++i) optics += weights[i] * channelOptics[i];
+  return optics;
+}
 #endif
 
 // Where the ray is between two faces of a box, cut from `span`.
@@ -200,7 +235,12 @@ void main() {
   float opacity = 1.0;
   vec3 own = optics.rgb;  // a slice's table holds colours of opacity 1
 #else
+#ifdef FIELDS
+  Sample here = sampleAt(cell);
+  vec4 optics = opticsBetween(here, here);
+#else
   vec4 optics = texelAt(cell) * scale;
+#endif
   float opacity = 1.0 - exp(-optics.a * thickness);
   vec3 own = optics.a > 0.0 ? optics.rgb / optics.a : vec3(0.0);
 #endif
@@ -215,6 +255,10 @@ void main() {
 #if !defined(ISOSURFACE) && !defined(MAXIMUM)
   Entry entry0 = Entry(0.0, vec4(0.0));
 #endif
+#endif
+#ifdef FIELDS
+  bool have = false;
+  Sample sample0 = Sample(vec4(0.0), 0.0);
 #endif
 #ifdef MAXIMUM
   float greatest = kNoValueEdge, greatestAt = 0.0;
@@ -236,7 +280,7 @@ void main() {
         float kExit = floor(min((z0 + min(exits.x, min(exits.y, exits.z))), span.y) / stepDepth);
         if (kExit > k) {
           k = kExit;
-#ifdef SCALAR
+#if defined(SCALAR) || defined(FIELDS)
           have = false;
 #endif
           continue;
@@ -288,6 +332,12 @@ void main() {
       entry0 = entry1;
 #endif
       value0 = value1;
+#elif defined(FIELDS)
+      if (!have) sample0 = sampleAt(from + z0 * way);
+      have = true;
+      Sample sample1 = sampleAt(from + z1 * way);
+      vec4 optics = opticsBetween(sample0, sample1);
+      sample0 = sample1;
 #else
       vec4 optics = texelAt(from + zMiddle * way) * scale;
 #endif

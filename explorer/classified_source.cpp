@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/classified_source.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "explorer/layer_pass.h"
+#include "proxy/error.h"
+
+namespace vestige {
+namespace {
+
+/// In cells: primitives are integrated along a step, gradients and the field's bends are not.
+constexpr double kStep = 0.5;
+constexpr double kOpaque = 1.0 / 512.0;
+constexpr double kTolerance = 1.0 / 256.0;
+
+}  // namespace
+
+ClassifiedSource::ClassifiedSource(const Archive& archive, long cycle,
+                                   const std::vector<std::string>& fields)
+    : cycle_(cycle), bundle_(archive, cycle, fields) {}
+
+void ClassifiedSource::prepareGrid(const Classifier& normalised) {
+  const bool gradient = normalised.needsGradient();
+  if (!grid_ || (gradient && !grid_->gradients)) {
+    const std::vector<float> gradients = gradient ? bundle_.gradients() : std::vector<float>{};
+    grid_.reset();
+    grid_ = LookGrid::fields(bundle_.size, bundle_.worldFromGrid, bundle_.values, gradients);
+    grid_->low = bundle_.low;
+    grid_->high = bundle_.high;
+    key_.clear();
+  }
+}
+
+VolumeView ClassifiedSource::draw(const Look& look, const Classifier& classifier,
+                                  double referenceLength, const Camera& camera, ImageSize size) {
+  if (look.draw == Draw::Isosurface || look.draw == Draw::Mip) {
+    throw Error(ErrorCode::Config,
+                "look key 'draw': a classifier draws volume or slice; isosurfaces and MIP show one "
+                "field");
+  }
+  const auto normalised = classifier.normalised(bundle_.domains);
+  prepareGrid(*normalised);
+  const std::string key = fmt::format("{} {}", classifier.json().dump(), referenceLength);
+  if (key != key_) {
+    VolumePass::findBricks(*grid_, *normalised);
+    baked_.reset();
+    occlusion_.reset();
+    key_ = key;
+  }
+  const ClassifiedLook classified{normalised.get(), classifier.optics(referenceLength)};
+  VolumeSetup setup;
+  setup.camera = camera;
+  setup.size = size;
+  setup.mode = look.draw == Draw::Slice ? VolumeMode::Slice : VolumeMode::Compositing;
+  setup.classified = &classified;
+  setup.step = kStep;
+  setup.opaque = kOpaque;
+  setup.tolerance = kTolerance;
+  // What stacks say ends at the domain.
+  setup.clip = bundle_.domain;
+  if (look.clip) {
+    setup.clip->low = glm::max(bundle_.domain.low, look.clip->low);
+    setup.clip->high = glm::max(setup.clip->low, glm::min(bundle_.domain.high, look.clip->high));
+  }
+  setup.plane = look.slice.value_or(
+      glm::dvec4(camera.forward, glm::dot(camera.forward, bundle_.domain.center())));
+  setup.sliceThickness = referenceLength;
+  const LightSetup light = lightSetup(look, camera, camera, bundle_.domain.diagonal());
+  setup.light = &light;
+  const bool volume = setup.mode == VolumeMode::Compositing;
+  if (volume && (light.shade || look.ao.on) && !baked_) {
+    baked_ = pass_.baked(*grid_, classified);
+    pass_.findNormals(*baked_);
+    grid_->normals = std::move(baked_->normals);
+  }
+  if (volume && look.ao.on) {
+    const std::string radius = std::to_string(light.aoRadiusWorld);
+    if (!occlusion_ || radius != occlusionKey_) {
+      occlusion_ = pass_.occlusion(*baked_, light.aoRadiusWorld);
+      occlusionKey_ = radius;
+    }
+    setup.occlusion = &*occlusion_;
+  }
+  return pass_.render(*grid_, setup);
+}
+
+std::string ClassifiedSource::note() const {
+  return fmt::format("the classifier answers on {} x {} x {} samples: {}", bundle_.size.x,
+                     bundle_.size.y, bundle_.size.z, bundle_.note);
+}
+
+}  // namespace vestige

@@ -34,6 +34,16 @@ void ClassifiedSource::prepareGrid(const Classifier& normalised) {
   }
 }
 
+void ClassifiedSource::findNormals(const ClassifiedLook& look) {
+  ClassifiedLook densities = look;
+  const std::vector<double> density = look.classifier->densities();
+  for (std::size_t i = 0; i < density.size(); ++i) densities.optics[i] = {density[i], {}};
+  LookGrid grid = density.empty() ? std::move(*baked_) : pass_.baked(*grid_, densities);
+  pass_.findNormals(grid);
+  grid_->normals = std::move(grid.normals);
+  if (density.empty()) baked_ = std::move(grid);
+}
+
 VolumeView ClassifiedSource::draw(const Look& look, const Classifier& classifier,
                                   double referenceLength, const Camera& camera, ImageSize size) {
   if (look.draw == Draw::Isosurface || look.draw == Draw::Mip) {
@@ -73,8 +83,7 @@ VolumeView ClassifiedSource::draw(const Look& look, const Classifier& classifier
   const bool volume = setup.mode == VolumeMode::Compositing;
   if (volume && (light.shade || look.ao.on) && !baked_) {
     baked_ = pass_.baked(*grid_, classified);
-    pass_.findNormals(*baked_);
-    grid_->normals = std::move(baked_->normals);
+    findNormals(classified);
   }
   if (volume && look.ao.on) {
     const std::string radius = std::to_string(light.aoRadiusWorld);
@@ -85,6 +94,23 @@ VolumeView ClassifiedSource::draw(const Look& look, const Classifier& classifier
     setup.occlusion = &*occlusion_;
   }
   return pass_.render(*grid_, setup);
+}
+
+VolumeView ClassifiedSource::drawMaximum(const Look& look, const TransferFunction& function,
+                                         const Camera& camera, ImageSize size) {
+  if (!first_) {
+    std::vector<float> values(bundle_.values.size() / 4);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = bundle_.values[4 * i];
+    first_ = LookGrid::scalar(bundle_.size, bundle_.worldFromGrid, values);
+    first_->low = bundle_.low;
+    first_->high = bundle_.high;
+    const FieldDomain& domain = bundle_.domains.front();
+    first_->valueZero = domain.low + first_->valueZero * domain.range();
+    first_->valueUnit *= domain.range();
+  }
+  Look maximum = look;
+  maximum.draw = Draw::Mip;
+  return painter_.draw(*first_, maximum, function, nullptr, bundle_.domain, camera, size);
 }
 
 std::string ClassifiedSource::note() const {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "explorer/field_bundle.h"
+#include "explorer/grid_painter.h"
 #include "explorer/look.h"
 #include "explorer/volume_pass.h"
 
@@ -29,11 +30,16 @@ class ClassifiedSource {
   /// Volume or slice, cut by the look's clip box, lit and occluded. `classifier` is resolved.
   VolumeView draw(const Look& look, const Classifier& classifier, double referenceLength,
                   const Camera& camera, ImageSize size);
+  /// The greatest value of the first field along each ray, in the function's colours.
+  VolumeView drawMaximum(const Look& look, const TransferFunction& function, const Camera& camera,
+                         ImageSize size);
   /// What it is, in a sentence.
   std::string note() const;
 
  private:
   void prepareGrid(const Classifier& normalised);
+  /// Normals of the grid, from baked_ or from the classifier's densities.
+  void findNormals(const ClassifiedLook& look);
 
   long cycle_;
   FieldBundle bundle_;
@@ -41,6 +47,8 @@ class ClassifiedSource {
   std::optional<LookGrid> grid_;
   std::optional<LookGrid> baked_;  ///< its optics, for light
   std::optional<OcclusionGrid> occlusion_;
+  std::optional<LookGrid> first_;   ///< the first field alone, for maxima
+  GridPainter painter_;             ///< of it
   std::string key_, occlusionKey_;  ///< of the look that baked_ and the bricks belong to
 };
 

@@ -35,7 +35,8 @@ class LookOptions {
   std::string field_, view_, source_, rotate_, size_, opacity_, factors_, colormap_, colorRange_;
   std::string draw_, isosurfaces_, slice_, clip_;
   std::string color_, via_, order_, shading_, normals_, background_;
-  std::vector<std::string> lights_;
+  std::vector<std::string> lights_, features_;
+  std::string classifierFile_;
   bool ao_ = false, enhance_ = false, trust_ = false;
   bool colorbar_ = false, axes_ = false, box_ = false, timeLabel_ = false;
 };

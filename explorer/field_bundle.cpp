@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "explorer/decode.h"
 #include "explorer/field_source.h"
 #include "explorer/parallel.h"
 #include "explorer/stack_source.h"
@@ -48,7 +49,7 @@ void normalise(std::vector<float>& values, double unit, double zero, const Field
 }
 
 Samples storedField(const Archive& archive, const ArchiveRow& row) {
-  PlacedField placed = placedField(archive.open(row).readAll());
+  PlacedField placed = placedField(readImage(archive.open(row)));
   Samples samples{placed.size,
                   placed.worldFromGrid,
                   placed.low,

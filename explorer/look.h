@@ -11,6 +11,7 @@
 
 #include "proxy/box.h"
 #include "proxy/camera.h"
+#include "proxy/classifier/classifier.h"
 #include "proxy/transfer_function.h"
 
 namespace vestige {
@@ -29,10 +30,22 @@ enum class NormalSource { Stored, Depth };
 enum class Coloring { Function, Learned };
 /// What the picture is made of: the intervals (volume) or warped depth layers; MIP; the run's own
 /// reference rendering; piecewise-analytic layers (layered); the stored field; sliced stacks;
-/// virtual rays through a multi-perspective view. Auto:
+/// virtual rays through a multi-perspective view. Classifiers: features as the run integrated them,
+/// or fields or stacks, classified anew. Auto:
 /// the field where it states less error (stated_error.h); else at a stored view its stack, else
 /// volume; when rotated stacks, else layers, else layered.
-enum class Source { Auto, Volume, Layers, Mip, Reference, Layered, Field, Sliced, Virtual };
+enum class Source {
+  Auto,
+  Volume,
+  Layers,
+  Mip,
+  Reference,
+  Layered,
+  Field,
+  Sliced,
+  Virtual,
+  Features
+};
 /// What is drawn of a source that is a grid (fields, stacks): emission and absorption, surfaces of
 /// equal value, the greatest value along each ray, or a plane.
 enum class Draw { Volume, Isosurface, Mip, Slice };
@@ -97,6 +110,9 @@ struct Look {
   std::string colormap;  ///< empty: the run's
   std::optional<std::pair<double, double>> colorRange;
   std::vector<double> factors;  ///< empty: all 1; else one an interval
+
+  std::string classifier;  ///< JSON text of classifierFromJson(); empty: the archive's, or none
+  std::vector<FeatureEdit> features;  ///< changes of the classifier's features
 
   Coloring color = Coloring::Function;
   Via via = Via::Auto;

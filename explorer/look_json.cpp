@@ -21,10 +21,11 @@ const Names<Via> kVias{
 const Names<Order> kOrders{{"auto", Order::Auto}, {"runs", Order::Runs}, {"mean", Order::Mean}};
 const Names<NormalSource> kNormals{{"stored", NormalSource::Stored},
                                    {"depth", NormalSource::Depth}};
-const Names<Source> kSources{
-    {"auto", Source::Auto},   {"volume", Source::Volume},       {"layers", Source::Layers},
-    {"mip", Source::Mip},     {"reference", Source::Reference}, {"layered", Source::Layered},
-    {"field", Source::Field}, {"sliced", Source::Sliced},       {"virtual", Source::Virtual}};
+const Names<Source> kSources{{"auto", Source::Auto},           {"volume", Source::Volume},
+                             {"layers", Source::Layers},       {"mip", Source::Mip},
+                             {"reference", Source::Reference}, {"layered", Source::Layered},
+                             {"field", Source::Field},         {"sliced", Source::Sliced},
+                             {"virtual", Source::Virtual},     {"features", Source::Features}};
 const Names<Draw> kDraws{{"volume", Draw::Volume},
                          {"isosurface", Draw::Isosurface},
                          {"mip", Draw::Mip},
@@ -112,6 +113,17 @@ void readFunction(JsonObject& object, Look& look) {
   readFixed(object, "colorRange", 2, range);
   if (!range.empty()) look.colorRange = {range[0], range[1]};
   object.read("factors", look.factors);
+}
+
+void readClassifier(JsonObject& object, Look& look) {
+  if (const json* classifier = object.find("classifier")) {
+    classifierFromJson(*classifier, "classifier");  // complains of what makes no sense
+    look.classifier = classifier->dump();
+  }
+  for (JsonObject& each : object.list("features")) {
+    look.features.push_back(featureEditFrom(each));
+    each.finish();
+  }
 }
 
 void readShading(JsonObject& object, Look& look) {
@@ -208,6 +220,10 @@ json toJson(const Look& look) {
     const auto &low = look.clip->low, &high = look.clip->high;
     result["clip"] = {low.x, low.y, low.z, high.x, high.y, high.z};
   }
+  if (!look.classifier.empty()) result["classifier"] = json::parse(look.classifier);
+  for (const FeatureEdit& edit : look.features) {
+    result["features"].push_back(featureEditJson(edit));
+  }
   result["color"] = nameOf(kColorings, look.color);
   result["via"] = nameOf(kVias, look.via);
   result["order"] = nameOf(kOrders, look.order);
@@ -241,6 +257,7 @@ Look lookFromJson(const json& source) {
   readStep(object, look);
   readGrid(object, look);
   readFunction(object, look);
+  readClassifier(object, look);
   readShading(object, look);
   readPresentation(object, look);
   object.finish();

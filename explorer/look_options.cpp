@@ -22,7 +22,7 @@ std::string textOfFile(const std::string& path) {
   std::ostringstream text;
   text << file.rdbuf();
   if (!file || std::filesystem::is_directory(path))
-    throw Error(ErrorCode::Io, "look '" + path + "' cannot be read");
+    throw Error(ErrorCode::Io, "'" + path + "' cannot be read");
   return text.str();
 }
 
@@ -33,6 +33,33 @@ ImageSize sizeFromText(const std::string& text) {
     throw Error(ErrorCode::Config, "--size '" + text + "' is not WIDTHxHEIGHT, such as 800x600");
   }
   return {width, height};
+}
+
+nlohmann::json featureFromText(const std::string& text) {
+  const auto fail = [&](const std::string& why) {
+    throw Error(ErrorCode::Config, "--feature '" + text + "': " + why +
+                                       "; such as 'NAME:opacity=0.8,color=#ff8800' or 'NAME:off'");
+  };
+  const std::size_t colon = text.find(':');
+  if (colon == std::string::npos) fail("no ':' after the name");
+  nlohmann::json edit{{"name", text.substr(0, colon)}};
+  std::stringstream pieces(text.substr(colon + 1));
+  for (std::string piece; std::getline(pieces, piece, ',');) {
+    const std::size_t equals = piece.find('=');
+    const std::string key = piece.substr(0, equals);
+    const std::string value = equals == std::string::npos ? "" : piece.substr(equals + 1);
+    if (piece == "on" || piece == "off") {
+      edit["enabled"] = piece == "on";
+    } else if (key == "opacity") {
+      edit["opacity"] = numbersFromText("--feature", value, 1, 1).front();
+    } else if (key == "color") {
+      edit["color"] = value;
+    } else {
+      fail("'" + piece + "' is none of opacity=, color=, on, off");
+    }
+  }
+  if (edit.size() == 1) fail("nothing to change");
+  return edit;
 }
 
 }  // namespace
@@ -81,6 +108,14 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
   command.add_option("--factors", factors_, "One opacity factor an interval '1,0,2,...'");
   command.add_option("--colormap", colormap_, "Colour map by name; _r reverses");
   command.add_option("--color-range", colorRange_, "LOW,HIGH of the colour map");
+  command.add_option("--classifier", classifierFile_,
+                     "Classify by a file: JSON as in looks, or a [[classifier]] of TOML keys as "
+                     "JSON; see docs/classification.md");
+  command
+      .add_option("--feature", features_,
+                  "Change a feature 'NAME:opacity=0.8,color=#ff8800', 'NAME:off', 'NAME:on'; may "
+                  "be repeated")
+      ->allow_extra_args(false);
   command.add_option("--color", color_, "function, or learned: see train");
   command.add_option("--via", via_, "auto, length, attenuation");
   command.add_option("--order", order_, "auto, runs, mean");
@@ -164,6 +199,18 @@ Look LookOptions::look() const {
   if (given("--reference-length")) json["referenceLength"] = referenceLength_;
   if (given("--factors")) {
     json["factors"] = numbersFromText("--factors", factors_, 1, IntervalPartition::kMaxIntervals);
+  }
+  if (given("--classifier")) {
+    const std::string file = textOfFile(classifierFile_);
+    try {
+      json["classifier"] = nlohmann::json::parse(file);
+    } catch (const nlohmann::json::parse_error& error) {
+      throw Error(ErrorCode::Config,
+                  "--classifier '" + classifierFile_ + "' is not JSON: " + error.what());
+    }
+  }
+  for (const std::string& feature : features_) {
+    json["features"].push_back(featureFromText(feature));
   }
   if (given("--color-range"))
     json["colorRange"] = numbersFromText("--color-range", colorRange_, 2, 2);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "explorer/annotate.h"
@@ -104,6 +105,7 @@ Renderer::Renderer(std::shared_ptr<gl::Device> device, std::shared_ptr<const Arc
 
 Renderer::~Renderer() {
   impl_->device->run([&] {
+    impl_->classified.reset();
     impl_->stacks.reset();
     impl_->learned.reset();
     impl_->virtualRays.reset();
@@ -114,67 +116,85 @@ Renderer::~Renderer() {
   });
 }
 
+void Renderer::Impl::answer(const Look& look, long cycle, const std::string& field, ViewData& base,
+                            Rendered& out) {
+  const bool learns = look.color == Coloring::Learned;
+  Stacks answers = learns ? Stacks::None : stacksAnswer(look, cycle, field, base, out.camera, out);
+  std::string stated;
+  const bool fromField =
+      !learns && fieldAnswers(look, cycle, field, base, out.camera, answers, stated);
+  if (fromField) answers = Stacks::None;
+  ViewData& view = fromField                 ? views->get(cycle, kFieldView, field)
+                   : answers != Stacks::None ? base
+                                             : sourceFor(look, cycle, field, base, out.camera, out);
+  StackSource* grid = answers == Stacks::Grid ? &stacksOf(cycle, field) : nullptr;
+  const ProxyHeader& header = grid ? grid->header() : view.header();
+  const TransferFunction function =
+      functionOf(look, header, grid ? &*header.partition : view.partition());
+  const ProxyHeader& viewed = (fromField ? base : view).header();
+  const ImageSize viewSize = squarePixels(viewed.size, viewed.camera.pixelAspect);
+  if (grid || fromField) out.camera.pixelAspect = 1.0;
+  if (learns) {
+    drawLearned(look, view, function, out);
+  } else if (grid) {
+    drawStackGrid(look, *grid, function, viewSize, out);
+  } else if (answers == Stacks::Pieces) {
+    drawStackPieces(look, view, function, out);
+  } else if (fromField) {
+    drawField(look, view, viewSize, out);
+  } else {
+    draw(look, view, function, out);
+  }
+  if (!stated.empty()) out.notes.push_back(std::move(stated));
+  finish(look, header, viewSize, &function, out);
+}
+
+void Renderer::Impl::finish(const Look& look, const ProxyHeader& header, ImageSize viewSize,
+                            const TransferFunction* function, Rendered& out) const {
+  if (!out.trust.empty()) {
+    out.shares = sharesOf(out.trust, out.picture);
+    overlayTrust(out.picture, out.trust);
+  } else if (look.trust) {
+    out.trust.assign(out.picture.size.pixels(), Trust::Data);
+  }
+  const double pixelAspect = std::exchange(out.camera.pixelAspect, 1.0);
+  const ImageSize size = look.size.value_or(squarePixels(out.picture.size, pixelAspect));
+  out.picture = fitted(out.picture, size, pixelAspect);
+  out.camera = fittedCamera(out.camera, viewSize, size);
+  const AnnotationSubject subject{out.camera,   header.domain, function,    header.field,
+                                  header.units, header.time,   header.cycle};
+  if (look.annotations.box) {
+    Picture behind = Picture::blank(size);
+    drawBoxEdges(behind, subject, true, inkOn(look.background));
+    placeOver(out.picture, behind);
+    drawBoxEdges(out.picture, subject, false, inkOn(look.background));
+  }
+  if (look.background) placeOver(out.picture, linearFromSrgb(*look.background));
+  annotate(out.picture, look.annotations, subject, look.background);
+}
+
 Rendered Renderer::render(const Look& look) {
   look.validate();
   Impl& self = *impl_;
   const Archive& archive = *self.archive;
   Rendered out;
   const long cycle = cycleOf(look, archive);
-  const std::string field = chosen(look.field, archive.fields(), archive, "field");
+  const std::unique_ptr<Classifier> classifier =
+      look.classifier.empty()
+          ? nullptr
+          : classifierFromJson(nlohmann::json::parse(look.classifier), "classifier");
+  const std::string field =
+      chosen(look.field.empty() && classifier ? classifier->fields().front() : look.field,
+             archive.fields(), archive, "field");
   const std::string viewName = chosen(look.view, archive.views(), archive, "view");
   self.device->run([&] {
     ViewData& base = self.views->get(cycle, viewName, field);
     out.camera = self.cameraOf(look, base);
-    const bool learned = look.color == Coloring::Learned;
-    Impl::Stacks stacks =
-        learned ? Impl::Stacks::None : self.stacksAnswer(look, cycle, field, base, out.camera, out);
-    std::string stated;
-    const bool fromField =
-        !learned && self.fieldAnswers(look, cycle, field, base, out.camera, stacks, stated);
-    if (fromField) stacks = Impl::Stacks::None;
-    ViewData& view = fromField ? self.views->get(cycle, kFieldView, field)
-                     : stacks != Impl::Stacks::None
-                         ? base
-                         : self.sourceFor(look, cycle, field, base, out.camera, out);
-    StackSource* grid = stacks == Impl::Stacks::Grid ? &self.stacksOf(cycle, field) : nullptr;
-    const ProxyHeader& header = grid ? grid->header() : view.header();
-    const TransferFunction function =
-        functionOf(look, header, grid ? &*header.partition : view.partition());
-    const ProxyHeader& viewed = (fromField ? base : view).header();
-    const ImageSize viewSize = squarePixels(viewed.size, viewed.camera.pixelAspect);
-    if (grid || fromField) out.camera.pixelAspect = 1.0;
-    if (learned) {
-      self.drawLearned(look, view, function, out);
-    } else if (grid) {
-      self.drawStackGrid(look, *grid, function, viewSize, out);
-    } else if (stacks == Impl::Stacks::Pieces) {
-      self.drawStackPieces(look, view, function, out);
-    } else if (fromField) {
-      self.drawField(look, view, viewSize, out);
+    if (classifier) {
+      self.drawClassified(look, *classifier, cycle, base, out);
     } else {
-      self.draw(look, view, function, out);
+      self.answer(look, cycle, field, base, out);
     }
-    if (!stated.empty()) out.notes.push_back(std::move(stated));
-    if (!out.trust.empty()) {
-      out.shares = sharesOf(out.trust, out.picture);
-      overlayTrust(out.picture, out.trust);
-    } else if (look.trust) {
-      out.trust.assign(out.picture.size.pixels(), Trust::Data);
-    }
-    const double pixelAspect = std::exchange(out.camera.pixelAspect, 1.0);
-    const ImageSize size = look.size.value_or(squarePixels(out.picture.size, pixelAspect));
-    out.picture = fitted(out.picture, size, pixelAspect);
-    out.camera = fittedCamera(out.camera, viewSize, size);
-    const AnnotationSubject subject{out.camera,   header.domain, &function,   header.field,
-                                    header.units, header.time,   header.cycle};
-    if (look.annotations.box) {
-      Picture behind = Picture::blank(size);
-      drawBoxEdges(behind, subject, true, inkOn(look.background));
-      placeOver(out.picture, behind);
-      drawBoxEdges(out.picture, subject, false, inkOn(look.background));
-    }
-    if (look.background) placeOver(out.picture, linearFromSrgb(*look.background));
-    annotate(out.picture, look.annotations, subject, look.background);
   });
   return out;
 }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "explorer/classified_source.h"
 #include "explorer/learned_pass.h"
 #include "explorer/renderer.h"
 #include "explorer/stack_source.h"
@@ -26,8 +27,16 @@ struct Renderer::Impl {
   std::unique_ptr<LayeredPass> layered;
   std::unique_ptr<VirtualPass> virtualRays;
   std::unique_ptr<LearnedPass> learned;
-  std::unique_ptr<StackSource> stacks;  ///< those that were asked for last
+  std::unique_ptr<StackSource> stacks;           ///< those that were asked for last
+  std::unique_ptr<ClassifiedSource> classified;  ///< likewise
 
+  /// Finds who answers a look without a classifier, draws and finishes.
+  void answer(const Look& look, long cycle, const std::string& field, ViewData& base,
+              Rendered& out);
+  /// Trust, size, annotations and background of a picture that is drawn. `viewSize`: what
+  /// out.camera was made for; `function`: for the colour bar, may be null.
+  void finish(const Look& look, const ProxyHeader& header, ImageSize viewSize,
+              const TransferFunction* function, Rendered& out) const;
   /// The viewer of a look. Multi-perspective views are looked at without their distortion, so that
   /// nothing jumps when they are turned, unless the look asks for what is stored as it is, or
   /// nothing else is.
@@ -65,6 +74,11 @@ struct Renderer::Impl {
   bool fieldAnswers(const Look& look, long cycle, const std::string& field, const ViewData& base,
                     const Camera& target, Stacks sliced, std::string& stated) const;
   StackSource& stacksOf(long cycle, const std::string& field);
+  /// Draws with the look's classifier, or the one whose features are the field. `base` is a view of
+  /// the first field.
+  void drawClassified(const Look& look, const Classifier& classifier, long cycle, ViewData& base,
+                      Rendered& out);
+  ClassifiedSource& classifiedOf(long cycle, const std::vector<std::string>& fields);
   void drawStackPieces(const Look& look, ViewData& view, const TransferFunction& function,
                        Rendered& out);
   void drawStackGrid(const Look& look, StackSource& source, const TransferFunction& function,

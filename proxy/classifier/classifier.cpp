@@ -93,10 +93,21 @@ Classifier::Classifier(std::string kind, std::vector<std::string> fields,
                        std::vector<Feature> features)
     : kind_(std::move(kind)), fields_(std::move(fields)), features_(std::move(features)) {}
 
-Feature* Classifier::find(std::string_view feature) {
-  const auto found = std::find_if(features_.begin(), features_.end(),
-                                  [&](const Feature& each) { return each.name == feature; });
-  return found == features_.end() ? nullptr : &*found;
+void Classifier::edit(std::span<const FeatureEdit> edits) {
+  for (const FeatureEdit& edit : edits) {
+    const auto found = std::find_if(features_.begin(), features_.end(),
+                                    [&](const Feature& each) { return each.name == edit.name; });
+    if (found == features_.end()) {
+      std::string names;
+      for (const Feature& each : features_) names += (names.empty() ? "" : ", ") + each.name;
+      throw Error(
+          ErrorCode::NotFound,
+          fmt::format("there is no feature '{}' to change; there are: {}", edit.name, names));
+    }
+    if (edit.opacity) found->opacity = *edit.opacity;
+    if (edit.color) found->color = *edit.color;
+    if (edit.enabled) found->enabled = *edit.enabled;
+  }
 }
 
 std::vector<std::string> Classifier::channels() const {
@@ -128,6 +139,27 @@ Feature featureFrom(JsonObject& object, const std::string& fallback) {
   readColor(object, feature.color);
   object.read("enabled", feature.enabled);
   return feature;
+}
+
+FeatureEdit featureEditFrom(JsonObject& object) {
+  if (!object.find("name")) object.fail("name", "is missing: which feature?");
+  const Feature feature = featureFrom(object, "");
+  FeatureEdit edit{feature.name, {}, {}, {}};
+  if (object.find("opacity")) edit.opacity = feature.opacity;
+  if (object.find("color")) edit.color = feature.color;
+  if (object.find("enabled")) edit.enabled = feature.enabled;
+  return edit;
+}
+
+json featureEditJson(const FeatureEdit& edit) {
+  json object{{"name", edit.name}};
+  if (edit.opacity) object["opacity"] = *edit.opacity;
+  if (edit.color) {
+    const glm::dvec3 srgb = srgbFromLinear(*edit.color);
+    object["color"] = {srgb.r, srgb.g, srgb.b};
+  }
+  if (edit.enabled) object["enabled"] = *edit.enabled;
+  return object;
 }
 
 json featureJson(const Feature& feature) {

@@ -7,6 +7,7 @@
 #include <glm/vec4.hpp>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -49,6 +50,15 @@ struct Feature {
   double extinction(double referenceLength) const;
 };
 
+/// What a look changes of a feature: the keys of featureFrom(), each of which may be absent.
+struct FeatureEdit {
+  std::string name;
+  std::optional<double> opacity;
+  std::optional<glm::dvec3> color;
+  std::optional<bool> enabled;
+  friend bool operator==(const FeatureEdit&, const FeatureEdit&) = default;
+};
+
 /// What one unit of a channel's weight adds along a unit of length.
 struct ChannelOptics {
   double extinction = 0.0;   ///< 1 / world unit
@@ -80,8 +90,9 @@ class Classifier {
   const std::vector<std::string>& fields() const { return fields_; }  ///< 1 .. kMaxFields names
   const std::vector<Feature>& features() const { return features_; }
   std::vector<Feature>& features() { return features_; }
-  /// The feature of a name or nullptr.
-  Feature* find(std::string_view feature);
+  /// Changes looks of features. Throws NotFound naming a feature that is not there, and those that
+  /// are.
+  void edit(std::span<const FeatureEdit> edits);
 
   /// The same with all defaults filled in, in the fields' units: centres at medians and the like.
   /// `referenceLength`, in world units, is what stands for a thin layer.
@@ -136,6 +147,10 @@ class Classifier {
 /// docs/classification.md lists them. `owner` is what errors call the whole.
 std::unique_ptr<Classifier> classifierFromJson(const nlohmann::json& json, const std::string& path,
                                                const std::string& owner = "look");
+
+/// Reads a feature's changes; `name` must be given. Throws KeyError.
+FeatureEdit featureEditFrom(JsonObject& object);
+nlohmann::json featureEditJson(const FeatureEdit& edit);
 
 // What kinds share.
 

@@ -35,8 +35,16 @@ void ClassifiedSource::prepareGrid(const Classifier& normalised) {
 }
 
 void ClassifiedSource::findNormals(const ClassifiedLook& look) {
-  ClassifiedLook densities = look;
   const std::vector<double> density = look.classifier->densities();
+  if (density.empty() && bundle_.fields.size() == 1) {
+    // Surfaces of equal value, as smooth as the field where features are thinner than a cell.
+    prepareFirst();
+    pass_.findNormals(*first_);
+    grid_->normals = std::move(first_->normals);
+    first_->normals.reset();
+    return;
+  }
+  ClassifiedLook densities = look;
   for (std::size_t i = 0; i < density.size(); ++i) densities.optics[i] = {density[i], {}};
   LookGrid grid = density.empty() ? std::move(*baked_) : pass_.baked(*grid_, densities);
   pass_.findNormals(grid);
@@ -96,18 +104,21 @@ VolumeView ClassifiedSource::draw(const Look& look, const Classifier& classifier
   return pass_.render(*grid_, setup);
 }
 
+void ClassifiedSource::prepareFirst() {
+  if (first_) return;
+  std::vector<float> values(bundle_.values.size() / 4);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = bundle_.values[4 * i];
+  first_ = LookGrid::scalar(bundle_.size, bundle_.worldFromGrid, values);
+  first_->low = bundle_.low;
+  first_->high = bundle_.high;
+  const FieldDomain& domain = bundle_.domains.front();
+  first_->valueZero = domain.low + first_->valueZero * domain.range();
+  first_->valueUnit *= domain.range();
+}
+
 VolumeView ClassifiedSource::drawMaximum(const Look& look, const TransferFunction& function,
                                          const Camera& camera, ImageSize size) {
-  if (!first_) {
-    std::vector<float> values(bundle_.values.size() / 4);
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = bundle_.values[4 * i];
-    first_ = LookGrid::scalar(bundle_.size, bundle_.worldFromGrid, values);
-    first_->low = bundle_.low;
-    first_->high = bundle_.high;
-    const FieldDomain& domain = bundle_.domains.front();
-    first_->valueZero = domain.low + first_->valueZero * domain.range();
-    first_->valueUnit *= domain.range();
-  }
+  prepareFirst();
   Look maximum = look;
   maximum.draw = Draw::Mip;
   return painter_.draw(*first_, maximum, function, nullptr, bundle_.domain, camera, size);

@@ -38,7 +38,8 @@ class ClassifiedSource {
 
  private:
   void prepareGrid(const Classifier& normalised);
-  /// Normals of the grid, from baked_ or from the classifier's densities.
+  void prepareFirst();
+  /// Normals of the grid: of the one field, from baked_ or from the classifier's densities.
   void findNormals(const ClassifiedLook& look);
 
   long cycle_;
@@ -47,7 +48,7 @@ class ClassifiedSource {
   std::optional<LookGrid> grid_;
   std::optional<LookGrid> baked_;  ///< its optics, for light
   std::optional<OcclusionGrid> occlusion_;
-  std::optional<LookGrid> first_;   ///< the first field alone, for maxima
+  std::optional<LookGrid> first_;   ///< the first field alone, for maxima and normals
   GridPainter painter_;             ///< of it
   std::string key_, occlusionKey_;  ///< of the look that baked_ and the bricks belong to
 };

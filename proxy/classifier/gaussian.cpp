@@ -135,6 +135,24 @@ struct Primitive {
   std::optional<double> thickness;
 };
 
+/// The R of K = Q R, Q orthogonal: ‖R x‖ = ‖K x‖ with fewer products.
+std::array<Vector, 4> upperTriangle(std::array<Vector, 4> k) {
+  for (std::size_t column = 0; column < 3; ++column) {
+    for (std::size_t row = column + 1; row < 4; ++row) {
+      // A Givens rotation of two rows that leaves nothing below the diagonal.
+      const double length = std::hypot(k[column][column], k[row][column]);
+      if (k[row][column] == 0.0) continue;
+      const double c = k[column][column] / length, s = k[row][column] / length;
+      for (std::size_t j = 0; j < 4; ++j) {
+        const double upper = k[column][j], lower = k[row][j];
+        k[column][j] = c * upper + s * lower;
+        k[row][j] = j == column ? 0.0 : c * lower - s * upper;
+      }
+    }
+  }
+  return k;
+}
+
 class Gaussian final : public Classifier {
  public:
   Gaussian(std::vector<std::string> fields, std::vector<Feature> features,
@@ -199,16 +217,16 @@ class Gaussian final : public Classifier {
 
   std::string_view glsl() const override;
 
-  /// Six a primitive: the rows of K, the centre, and (thickness, 0, 0, 0).
+  /// Four a primitive: rows of upperTriangle(K), the second's last being the thickness, the last
+  /// two in one, and the centre.
   std::vector<glm::vec4> parameters() const override {
-    const auto vec = [](const Vector& v) {
-      return glm::vec4(float(v[0]), float(v[1]), float(v[2]), float(v[3]));
-    };
     std::vector<glm::vec4> out;
     for (const auto& each : resolved_) {
-      for (const Vector& row : each.scale) out.push_back(vec(row));
-      out.push_back(vec(each.center));
-      out.emplace_back(float(each.thickness), 0.0f, 0.0f, 0.0f);
+      const auto k = upperTriangle(each.scale);
+      out.emplace_back(k[0][0], k[0][1], k[0][2], k[0][3]);
+      out.emplace_back(k[1][1], k[1][2], k[1][3], each.thickness);
+      out.emplace_back(k[2][2], k[2][3], k[3][3], 0.0);
+      out.emplace_back(each.center[0], each.center[1], each.center[2], each.center[3]);
     }
     return out;
   }
@@ -234,42 +252,49 @@ class Gaussian final : public Classifier {
 
 std::string_view Gaussian::glsl() const {
   return R"glsl(
-// |error| < 1.5e-7 (Abramowitz and Stegun 7.1.26).
-float erfOf(float x) {
-  float t = 1.0 / (1.0 + 0.3275911 * abs(x));
-  float y = t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 +
-            t * 1.061405429))));
-  return sign(x) * (1.0 - y * exp(-x * x));
+// erf(x) = x P / Q within 3e-8, as (x P, Q): a rational least-maximum fit on [-3.8, 3.8].
+vec2 erfParts(float x) {
+  x = clamp(x, -3.8, 3.8);
+  float u = x * x;
+  float p = 1.128378895 + u * (0.1951490021 + u * (0.04996629773 + u * (0.003532071128 + u *
+            (0.0001406293482 + u * (-2.019929346e-6 + u * 2.124062542e-8)))));
+  float q = 1.0 + u * (0.5062763862 + u * (0.1130528469 + u * (0.01397406978 + u *
+            0.000924321964)));
+  return vec2(x * p, q);
 }
 
-// Mean of a Gaussian primitive over a segment (gaussian-transfer-functions eq. 11-14).
+// Mean of a Gaussian primitive over a segment (gaussian-transfer-functions eq. 11-14), without a
+// branch, which software rasterisers take both ways. K comes as an upper triangle.
 float meanOfPrimitive(int first, vec4 a, vec4 b, float gradient) {
-  mat4 scale = transpose(mat4(parameters[first], parameters[first + 1], parameters[first + 2],
-                              parameters[first + 3]));
-  vec4 center = parameters[first + 4];
-  float thickness = parameters[first + 5].x;
-  if (thickness > 0.0) {
-    if (!(gradient > 0.0)) return 0.0;
-    scale /= thickness * gradient;
-  }
-  vec4 v1 = scale * (a - center), d = scale * (b - a);
-  float size = length(d);
-  if (size < 0.8) {
-    // Four-point Gauss-Legendre: short segments, on which erf's difference loses digits.
-    vec4 m = v1 + 0.5 * d, p = 0.4305681557970263 * d, q = 0.16999052179242813 * d;
-    vec4 m0 = m - p, m1 = m - q, m2 = m + q, m3 = m + p;
-    return 0.17392742256872693 * (exp(-dot(m0, m0)) + exp(-dot(m3, m3))) +
-           0.32607257743127307 * (exp(-dot(m1, m1)) + exp(-dot(m2, m2)));
-  }
-  vec4 way = d / size;
-  float along = dot(v1, way);
-  vec4 aside = v1 - along * way;
-  return exp(-dot(aside, aside)) * 0.8862269254527580 * (erfOf(along + size) - erfOf(along)) / size;
+  vec4 row0 = parameters[first], row1 = parameters[first + 1], row23 = parameters[first + 2];
+  float thickness = row1.w;
+  float inverse = thickness > 0.0 ? 1.0 / (thickness * gradient) : 1.0;
+  // Each end from the centre first: their sum would round away what is small against the centre.
+  vec4 center = parameters[first + 3];
+  vec4 c = 0.5 * ((a - center) + (b - center)) * inverse, d = 0.5 * (b - a) * inverse;
+  // The segment's middle and half of it, seen from the centre through K.
+  vec4 middle = vec4(dot(row0, c), dot(row1.xyz, c.yzw), dot(row23.xy, c.zw), row23.z * c.w);
+  vec4 reach = vec4(dot(row0, d), dot(row1.xyz, d.yzw), dot(row23.xy, d.zw), row23.z * d.w);
+  float square = dot(reach, reach), perLength = inversesqrt(max(square, 1e-30));
+  vec4 way = reach * perLength;
+  float x = dot(middle, way), h = square * perLength;
+  vec4 aside = middle - x * way;
+  // Short segments, on which the difference of erf loses digits: the mean of a Taylor series about
+  // the middle, to the sixth derivative of exp(-x^2).
+  float s = min(x * x, 100.0);
+  float series = 1.0 + square * ((4.0 * s - 2.0) / 6.0 + square * (
+                 ((16.0 * s - 48.0) * s + 12.0) / 120.0 + square * (
+                 (((64.0 * s - 480.0) * s + 720.0) * s - 120.0) / 5040.0)));
+  vec2 to = erfParts(x + h), from = erfParts(x - h);
+  float closed = 0.4431134627263790 * perLength * (to.x * from.y - from.x * to.y) / (to.y * from.y);
+  bool isShort = h < 0.3;
+  float mean = exp(-dot(aside, aside) - (isShort ? x * x : 0.0)) * (isShort ? series : closed);
+  return thickness > 0.0 && !(gradient > 0.0) ? 0.0 : mean;
 }
 
 void classify(vec4 a, vec4 b, float gradientA, float gradientB, out float weights[CHANNELS]) {
   for (int i = 0; i < CHANNELS; ++i) {
-    weights[i] = meanOfPrimitive(6 * i, a, b, 0.5 * (gradientA + gradientB));
+    weights[i] = meanOfPrimitive(4 * i, a, b, 0.5 * (gradientA + gradientB));
   }
 }
 )glsl";
@@ -308,11 +333,16 @@ Primitive primitiveFrom(JsonObject& object, std::size_t n) {
     if (rows.size() != n * n)
       object.fail("matrix", fmt::format("must hold {} numbers, not {}", n * n, rows.size()));
     primitive.scale.emplace();
-    for (std::size_t i = 0; i < rows.size(); ++i) (*primitive.scale)[i / n][i % n] = rows[i];
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (!std::isfinite(rows[i])) object.fail("matrix", fmt::format("holds {}", rows[i]));
+      (*primitive.scale)[i / n][i % n] = rows[i];
+    }
   }
   if (double thickness = 0.0; object.find("thickness")) {
     object.read("thickness", thickness);
-    if (!(thickness > 0.0)) object.fail("thickness", fmt::format("{} is not positive", thickness));
+    if (!(thickness > 0.0) || std::isinf(thickness)) {
+      object.fail("thickness", fmt::format("{} is not positive and finite", thickness));
+    }
     primitive.thickness = thickness;
   }
   return primitive;

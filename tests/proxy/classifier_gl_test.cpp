@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/random_segments.h"
+
+namespace vestige {
+namespace {
+
+using nlohmann::json;
+using test::Segment;
+
+class ClassifierGlsl : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { device_ = gl::Device::create(); }
+  static void TearDownTestSuite() { device_.reset(); }
+
+  /// The greatest difference between a normalised classifier's weights and its shader's.
+  static double worst(const Classifier& classifier, const std::vector<Segment>& segments) {
+    const std::vector<double> cpu = test::classifyOnCpu(classifier, segments);
+    const std::vector<float> gpu = test::classifyOnGpu(*device_, classifier, segments);
+    double most = 0.0;
+    for (std::size_t i = 0; i < cpu.size(); ++i) {
+      const double difference = std::abs(cpu[i] - double(gpu[i]));
+      most = std::isnan(difference) ? double(INFINITY) : std::max(most, difference);
+    }
+    return most;
+  }
+
+  static std::shared_ptr<gl::Device> device_;
+};
+std::shared_ptr<gl::Device> ClassifierGlsl::device_;
+
+json fieldNames(int count) {
+  const std::vector<std::string> names{"a", "b", "c", "d"};
+  return std::vector<std::string>(names.begin(), names.begin() + count);
+}
+
+// --- gaussian ------------------------------------------------------------------------------------
+
+TEST_F(ClassifierGlsl, IntegratesGaussiansWithin2e6OfTheirWeightsOver100000Segments) {
+  test::RandomSegments random(21);
+  for (int round = 0; round < 100; ++round) {
+    const int fields = 1 + round % 4;
+    json object = {{"kind", "gaussian"}, {"fields", fieldNames(fields)}};
+    std::vector<GaussianPrimitive> primitives;
+    for (int i = 0; i < 16; ++i) {
+      primitives.push_back(random.primitive(fields, i % 2 == 1, 30.0));
+      object["primitives"].push_back(primitiveJson(primitives.back()));
+    }
+    std::vector<Segment> segments;
+    for (std::size_t i = 0; i < 1024; ++i) {
+      Segment segment = random.near(primitives[i % 16]);
+      if (i % 2 == 0) segment.a.gradient = segment.b.gradient = 0.5;
+      segments.push_back(segment);
+    }
+    ASSERT_LE(worst(*classifierFromJson(object, ""), segments), 2e-6) << "round " << round;
+  }
+}
+
+TEST_F(ClassifierGlsl, KeepsToTheLimitsOfGaussians) {
+  const auto classifier =
+      classifierFromJson({{"kind", "gaussian"},
+                          {"fields", {"a"}},
+                          {"primitives",
+                           {{{"center", {0.5}}, {"width", {0.1}}},
+                            {{"center", {0.5}}, {"width", {1.0}}, {"thickness", 0.1}}}}},
+                         "");
+  const auto segment = [](double a, double b, double ga, double gb) {
+    return Segment{{{a, 0, 0, 0}, ga}, {{b, 0, 0, 0}, gb}};
+  };
+  EXPECT_LE(worst(*classifier,
+                  {segment(0.45, 0.45, 0, 0), segment(0.5, 0.5, 0, 0), segment(0.45, 0.45, 1, 1),
+                   segment(0, 1, 0, 0), segment(0, 1, 1e-30, 1e-30), segment(0.5, 0.5, 1e-30, 0),
+                   segment(0.3, 0.7, 1e20, 1e20), segment(-1e4, 1e4, 1, 1), segment(1e4, 1e4, 1, 1),
+                   segment(0.45, 0.450001, 1, 1)}),
+            2e-6);
+}
+
+}  // namespace
+}  // namespace vestige

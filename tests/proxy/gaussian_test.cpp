@@ -200,9 +200,9 @@ TEST(GaussianClassifier, GivesEachPrimitiveAChannelWhoseSumIsTheClassification) 
   const auto optics = classifier->optics(2.0);
   EXPECT_NEAR(optics[0].extinction, -std::log(0.75) / 2.0, 1e-15);
   EXPECT_EQ(optics[1].emission, glm::dvec3(optics[1].extinction, 0.0, 0.0));
-  classifier->find("hot")->enabled = false;
+  FeatureEdit off{"hot", {}, {}, false};
+  classifier->edit({&off, 1});
   EXPECT_EQ(classifier->optics(2.0)[1].extinction, 0.0);
-  EXPECT_EQ(classifier->find("tepid"), nullptr);
 }
 
 TEST(GaussianClassifier, WithoutPrimitivesIsATriangularOneAtTheMedians) {

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "tests/support/headlight.h"
 #include "tests/support/ray_walk.h"
 
 namespace vestige::test {
@@ -88,20 +89,6 @@ namespace {
 
 constexpr int kSubSteps = 32;
 
-/// What is left of a point's own colour, and white added to it.
-struct Headlight {
-  double own = 1.0, white = 0.0;
-};
-
-/// That of MarchRequest::phong at `s` along a ray; full where the field has no slope.
-Headlight headlightOn(const Scene& scene, double s, const Ray& ray) {
-  const glm::dvec3 slope = scene.gradient(ray.origin + s * ray.direction);
-  const double steepness = glm::length(slope);
-  const bool known = steepness > 0.0 && std::isfinite(steepness);
-  const double facing = known ? std::abs(glm::dot(slope, ray.direction)) / steepness : 1.0;
-  return {0.3 + 0.7 * facing, 0.2 * std::pow(facing, 32.0)};
-}
-
 }  // namespace
 
 RgbPicture renderReference(const Scene& scene, const MarchRequest& request) {
@@ -114,7 +101,10 @@ RgbPicture renderReference(const Scene& scene, const MarchRequest& request) {
     const auto step = [&](const RayStep& part) {
       if (!std::isfinite(part.f0 + part.f1) || light.transmittance < 1e-9) return;
       Headlight headlight;
-      if (request.phong) headlight = headlightOn(scene, part.middle, ray);
+      if (request.phong) {
+        headlight =
+            headlightOn(scene.gradient(ray.origin + part.middle * ray.direction), ray.direction);
+      }
       splitAt(points, part.f0, part.f1, [&](double t0, double t1) {
         const double length = (part.s1 - part.s0) * (t1 - t0) / kSubSteps;
         for (int i = 0; i < kSubSteps; ++i) {

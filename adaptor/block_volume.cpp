@@ -69,7 +69,7 @@ void BlockVolume::upload(const BlockGrid& grid, const Marcher::FillSlab& fill, i
 
 void BlockVolume::clear() { *this = BlockVolume(); }
 
-void BlockVolume::bind() const { texture_->bind(kVolumeUnit); }
+void BlockVolume::bind(int unit) const { texture_->bind(unit); }
 
 void BlockVolume::allocate(std::array<int, 3> size, int most) {
   if (std::max({size[0], size[1], size[2]}) > most) {

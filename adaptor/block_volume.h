@@ -41,7 +41,7 @@ class BlockVolume {
   const BlockGrid& grid() const { return grid_; }
   bool hasGaps() const { return hasGaps_; }
   const BrickGrid& bricks() const { return bricks_; }
-  void bind() const;
+  void bind(int unit = kVolumeUnit) const;
 
  private:
   void allocate(std::array<int, 3> size, int most);

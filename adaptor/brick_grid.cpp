@@ -66,6 +66,12 @@ bool BrickGrid::hasGaps() const {
   return std::any_of(bricks_.begin(), bricks_.end(), [](const Brick& b) { return b.gaps; });
 }
 
+std::vector<glm::vec2> BrickGrid::ranges() const {
+  std::vector<glm::vec2> ranges;
+  for (const Brick& brick : bricks_) ranges.emplace_back(brick.low, brick.high);
+  return ranges;
+}
+
 bool BrickGrid::nearGaps(int x, int y, int z) const {
   for (int k = std::max(0, z - 1); k < std::min(size_[2], z + 2); ++k) {
     for (int j = std::max(0, y - 1); j < std::min(size_[1], y + 2); ++j) {

@@ -26,6 +26,9 @@ class BrickGrid {
   /// Bricks per axis.
   std::array<int, 3> size() const { return size_; }
   bool hasGaps() const;
+  /// Of every brick, x fastest: its least and largest sample with data; the first is larger where
+  /// there is none.
+  std::vector<glm::vec2> ranges() const;
 
   /// What march.glsl asks of a brick: (channel, least, largest value, integral of the base function
   /// up to the least or 0). The channel is the one that every sample in the brick is in, by `edges`

@@ -12,22 +12,11 @@
 namespace vestige {
 namespace {
 
-/// Nodes [begin, end] of each axis of a scene, and the part that the block answers for.
-struct Part {
-  glm::ivec3 begin, end;
-  Box owned;
-};
+using Part = ScenePart;
 
 void uploadPart(Marcher& marcher, const Scene& scene, const MarchRequest& request,
                 const Part& part) {
-  const auto& [begin, end, owned] = part;
-  BlockGrid grid;
-  grid.owned = owned;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto& nodes = scene.nodes[std::size_t(axis)];
-    grid.nodes[std::size_t(axis)].assign(nodes.begin() + begin[axis],
-                                         nodes.begin() + end[axis] + 1);
-  }
+  const BlockGrid grid = part.gridIn(scene);
   const auto size = grid.size();
   marcher.upload(grid, [&](int z0, int z1, float* out) {
     for (int z = z0; z < z1; ++z) {
@@ -48,7 +37,19 @@ RayImage marchPart(Marcher& marcher, const Scene& scene, const MarchRequest& req
   return marcher.march(request);
 }
 
-/// Blocks that meet at the given nodes of each axis, front to back where there is such an order.
+}  // namespace
+
+BlockGrid ScenePart::gridIn(const Scene& scene) const {
+  BlockGrid grid;
+  grid.owned = owned;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto& nodes = scene.nodes[std::size_t(axis)];
+    grid.nodes[std::size_t(axis)].assign(nodes.begin() + begin[axis],
+                                         nodes.begin() + end[axis] + 1);
+  }
+  return grid;
+}
+
 std::vector<Part> partsOf(const Scene& scene, const Camera& camera, const Cuts& cuts, int ghosts) {
   std::vector<Box> boxes;
   std::vector<Part> parts, ordered;
@@ -74,8 +75,6 @@ std::vector<Part> partsOf(const Scene& scene, const Camera& camera, const Cuts& 
   for (std::size_t i : visibilityOrder(boxes, camera)) ordered.push_back(parts[i]);
   return ordered;
 }
-
-}  // namespace
 
 Cuts Scene::whole() const {
   return {std::vector<int>{0, int(nodes[0].size()) - 1},

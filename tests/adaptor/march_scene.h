@@ -25,6 +25,17 @@ struct Scene {
   static Scene even(glm::ivec3 count, const Box& box, std::function<double(glm::dvec3)> field);
 };
 
+/// Nodes [begin, end] of each axis of a scene, and the part that the block answers for.
+struct ScenePart {
+  glm::ivec3 begin, end;
+  Box owned;
+  BlockGrid gridIn(const Scene& scene) const;
+};
+
+/// Blocks that meet at the given nodes of each axis, front to back where there is such an order.
+std::vector<ScenePart> partsOf(const Scene& scene, const Camera& camera, const Cuts& cuts,
+                               int ghosts);
+
 /// A request for everything over `domain`, with intervals over [low, high] and a ramp.
 MarchRequest requestAll(const Box& domain, double low, double high, int intervals,
                         const Camera& camera, ImageSize size = {32, 24});

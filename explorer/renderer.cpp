@@ -105,6 +105,7 @@ Renderer::Renderer(std::shared_ptr<gl::Device> device, std::shared_ptr<const Arc
 
 Renderer::~Renderer() {
   impl_->device->run([&] {
+    impl_->features.reset();
     impl_->classified.reset();
     impl_->stacks.reset();
     impl_->learned.reset();
@@ -183,11 +184,21 @@ Rendered Renderer::render(const Look& look) {
       look.classifier.empty()
           ? nullptr
           : classifierFromJson(nlohmann::json::parse(look.classifier), "classifier");
-  const std::string field =
-      chosen(look.field.empty() && classifier ? classifier->fields().front() : look.field,
-             archive.fields(), archive, "field");
-  const std::string viewName = chosen(look.view, archive.views(), archive, "view");
   self.device->run([&] {
+    if (FeatureSource* features = self.featuresOf(look, classifier.get(), cycle)) {
+      self.drawFeatures(look, *features, classifier.get(), cycle, out);
+      return;
+    }
+    if (!look.features.empty() && !classifier) {
+      throw Error(
+          ErrorCode::Config,
+          "look key 'features' changes those of a classifier, but the look has none and its "
+          "field is not the name of stored features");
+    }
+    const std::string wanted =
+        look.field.empty() && classifier ? classifier->fields().front() : look.field;
+    const std::string field = chosen(wanted, archive.fields(), archive, "field");
+    const std::string viewName = chosen(look.view, archive.views(), archive, "view");
     ViewData& base = self.views->get(cycle, viewName, field);
     out.camera = self.cameraOf(look, base);
     if (classifier) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Looks with a classifier: fields classified anew.
+// Looks with a classifier: features as the run integrated them, or fields classified anew.
 #include <nlohmann/json.hpp>
 
 #include "explorer/renderer_impl.h"
@@ -39,6 +39,72 @@ ClassifiedSource& Renderer::Impl::classifiedOf(long cycle, const std::vector<std
     classified = std::make_unique<ClassifiedSource>(*archive, cycle, fields);
   }
   return *classified;
+}
+
+FeatureSource* Renderer::Impl::featuresOf(const Look& look, const Classifier* classifier,
+                                          long cycle) {
+  const auto take = [&](const std::string& name) {
+    if (!features || !features->is(cycle, name)) {
+      features.reset();
+      features = std::make_unique<FeatureSource>(*archive, cycle, name);
+    }
+    return features.get();
+  };
+  const std::vector<std::string> fields = archive->fields();
+  const std::string field = look.field.empty() && !fields.empty() ? fields.front() : look.field;
+  if (!classifier) return FeatureSource::has(*archive, cycle, field) ? take(field) : nullptr;
+  if (look.source != Source::Auto && look.source != Source::Features) return nullptr;
+  for (const std::string& name : fields) {
+    if (!FeatureSource::has(*archive, cycle, name)) continue;
+    FeatureSource* source = take(name);
+    const FeatureOrigin& origin = source->origin();
+    if (classifier->fields() == origin.classifier->fields() &&
+        source->finds(*classifier->resolved(origin.domains, origin.referenceLength))) {
+      return source;
+    }
+  }
+  if (look.source != Source::Features) return nullptr;
+  throw Error(ErrorCode::NotFound,
+              "look key 'source' is features, but cycle " + std::to_string(cycle) +
+                  " has none that this classifier finds: centres and widths are those of the run");
+}
+
+void Renderer::Impl::drawFeatures(const Look& look, FeatureSource& source,
+                                  const Classifier* classifier, long cycle, Rendered& out) {
+  refuseOtherKeys(look);
+  const std::string name = source.header().field;
+  std::string viewName = look.view;
+  for (const std::string& view : archive->views()) {
+    if (!viewName.empty()) break;
+    if (archive->find(cycle, view, name, kind::kFeatures) ||
+        archive->find(cycle, view, name, kind::kSlicedFeatures)) {
+      viewName = view;
+    }
+  }
+  ViewData& base = views->get(cycle, viewName, name);
+  const ProxyHeader& header = base.header();
+  out.camera = cameraOf(look, base);
+  const bool stored = out.camera == header.camera;
+  const FeatureOrigin& origin = source.origin();
+  const double referenceLength = look.referenceLength.value_or(origin.referenceLength);
+  const auto own = (classifier ? *classifier : *origin.classifier)
+                       .resolved(origin.domains, origin.referenceLength);
+  own->edit(look.features);
+  const ImageSize viewSize = squarePixels(header.size, header.camera.pixelAspect);
+  const ImageSize size = look.size.value_or(viewSize);
+  Camera camera = out.camera;
+  camera.pixelAspect = 1.0;
+  FeatureSource::Drawn drawn = source.draw(look, viewName, stored, own->optics(referenceLength),
+                                           fittedCamera(camera, viewSize, size), size);
+  if (!drawn.stored) out.camera.pixelAspect = 1.0;
+  out.picture = std::move(drawn.picture);
+  out.depth = std::move(drawn.depth);
+  if (look.trust) {
+    out.trust =
+        drawn.stored ? trustFromDoubt(drawn.doubt) : trustFromStretch(drawn.guess, out.picture);
+  }
+  out.notes.push_back(std::move(drawn.note));
+  finish(look, header, viewSize, nullptr, out);
 }
 
 void Renderer::Impl::drawClassified(const Look& look, const Classifier& classifier, long cycle,

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "explorer/classified_source.h"
+#include "explorer/feature_source.h"
 #include "explorer/learned_pass.h"
 #include "explorer/renderer.h"
 #include "explorer/stack_source.h"
@@ -29,6 +30,7 @@ struct Renderer::Impl {
   std::unique_ptr<LearnedPass> learned;
   std::unique_ptr<StackSource> stacks;           ///< those that were asked for last
   std::unique_ptr<ClassifiedSource> classified;  ///< likewise
+  std::unique_ptr<FeatureSource> features;       ///< likewise
 
   /// Finds who answers a look without a classifier, draws and finishes.
   void answer(const Look& look, long cycle, const std::string& field, ViewData& base,
@@ -74,8 +76,13 @@ struct Renderer::Impl {
   bool fieldAnswers(const Look& look, long cycle, const std::string& field, const ViewData& base,
                     const Camera& target, Stacks sliced, std::string& stated) const;
   StackSource& stacksOf(long cycle, const std::string& field);
-  /// Draws with the look's classifier, or the one whose features are the field. `base` is a view of
-  /// the first field.
+  /// The features that a look with a classifier can be drawn from: those that it names as its
+  /// field, or those that its classifier finds. Null: none of them.
+  FeatureSource* featuresOf(const Look& look, const Classifier* classifier, long cycle);
+  /// Draws features as the run integrated them; `classifier` has the looks.
+  void drawFeatures(const Look& look, FeatureSource& source, const Classifier* classifier,
+                    long cycle, Rendered& out);
+  /// Draws fields, classified anew. `base` is a view of the first of them.
   void drawClassified(const Look& look, const Classifier& classifier, long cycle, ViewData& base,
                       Rendered& out);
   ClassifiedSource& classifiedOf(long cycle, const std::vector<std::string>& fields);

@@ -33,31 +33,27 @@ std::array<double, 2> inside(glm::dvec3 origin, glm::dvec3 way, glm::dvec3 low, 
   return {from, to};
 }
 
-/// Indices of the stacks to fuse: the first, then whichever looks most across those chosen.
-std::vector<std::size_t> mostDifferent(const std::vector<ProxyHeader>& headers) {
+}  // namespace
+
+std::vector<std::size_t> mostDifferent(std::span<const glm::dvec3> ways) {
   std::vector<std::size_t> chosen{0};
-  while (chosen.size() < std::min(headers.size(), StackSource::kMost)) {
+  while (chosen.size() < std::min(ways.size(), StackSource::kMost)) {
     std::size_t best = 0;
     double least = HUGE_VAL;
-    for (std::size_t i = 0; i < headers.size(); ++i) {
+    for (std::size_t i = 0; i < ways.size(); ++i) {
       double nearest = 0.0;
-      for (const std::size_t j : chosen) {
-        nearest = std::max(
-            nearest, std::abs(glm::dot(headers[i].camera.forward, headers[j].camera.forward)));
-      }
+      for (const std::size_t j : chosen)
+        nearest = std::max(nearest, std::abs(glm::dot(ways[i], ways[j])));
       if (nearest < least - 1e-9) {
         least = nearest;
         best = i;
       }
     }
-    // One that looks along another's axis adds nothing.
     if (least > 0.99) break;
     chosen.push_back(best);
   }
   return chosen;
 }
-
-}  // namespace
 
 std::vector<std::string> StackSource::viewsOf(const Archive& archive, long cycle,
                                               const std::string& field) {
@@ -71,17 +67,17 @@ std::vector<std::string> StackSource::viewsOf(const Archive& archive, long cycle
 StackSamples samplesOfStacks(const Archive& archive, long cycle, const std::string& field,
                              std::vector<ProxyHeader>& fused) {
   std::vector<const ArchiveRow*> rows;
-  std::vector<ProxyHeader> headers;
+  std::vector<glm::dvec3> ways;
   for (const std::string& view : StackSource::viewsOf(archive, cycle, field)) {
     rows.push_back(archive.find(cycle, view, field, kind::kSliced));
-    headers.push_back(archive.open(*rows.back()).header());
+    ways.push_back(archive.open(*rows.back()).header().camera.forward);
   }
   if (rows.empty()) {
     throw Error(ErrorCode::NotFound,
                 fmt::format("cycle {} has no sliced proxy of field '{}'", cycle, field));
   }
   std::vector<StackSamples> samples;
-  for (const std::size_t i : mostDifferent(headers)) {
+  for (const std::size_t i : mostDifferent(ways)) {
     const SlicedStack stack = readStack(archive.open(*rows[i]));
     samples.push_back(sampledStack(stack.header, runsOfStack(stack)));
     fused.push_back(stack.header);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,11 @@ class StackSource {
 /// Throws NotFound when there is none.
 StackSamples samplesOfStacks(const Archive& archive, long cycle, const std::string& field,
                              std::vector<ProxyHeader>& fused);
+
+/// Indices of stacks to fuse, by the directions they look in (unit vectors): the first, then
+/// whichever looks most across those chosen, at most StackSource::kMost; none that looks along
+/// another's axis.
+std::vector<std::size_t> mostDifferent(std::span<const glm::dvec3> ways);
 
 /// What bounds the error of a stack, in a sentence: widths of intervals, thickness of slabs,
 /// levels.

@@ -9,9 +9,9 @@
 namespace vestige {
 namespace {
 
-constexpr std::array<std::string_view, 8> kKinds{kind::kLength,  kind::kAttenuation, kind::kSliced,
-                                                 kind::kDepth,   kind::kReference,   kind::kMip,
-                                                 kind::kLayered, kind::kField};
+constexpr std::array kKinds{kind::kLength,    kind::kAttenuation,   kind::kSliced,  kind::kDepth,
+                            kind::kReference, kind::kMip,           kind::kLayered, kind::kField,
+                            kind::kFeatures,  kind::kSlicedFeatures};
 
 }  // namespace
 

@@ -66,6 +66,27 @@ void drawColorbar(Picture& picture, const AnnotationSubject& subject, glm::dvec3
   font.draw(picture, {std::max(unit, x1 - font.width(title)), top - 0.8 * unit}, title, ink);
 }
 
+/// The names of features that can be seen, each beside its colour.
+void drawLegend(Picture& picture, const AnnotationSubject& subject, glm::dvec3 ink) {
+  const double unit = unitOf(picture);
+  const Font font(int(std::lround(unit)));
+  double y = picture.size.height * 0.22;
+  for (const Feature& feature : subject.features) {
+    if (!feature.enabled || feature.opacity == 0.0) continue;
+    const double right = picture.size.width - unit, side = 1.1 * unit;
+    for (int row = int(y - side); row < int(y); ++row) {
+      for (int x = int(right - side); x < int(right); ++x) {
+        blend(picture, x, row, feature.color, 1.0);
+      }
+    }
+    font.draw(picture,
+              {std::max(unit, right - side - 0.6 * unit - font.width(feature.name)),
+               y - 0.5 * (side - font.digitHeight())},
+              feature.name, ink);
+    y += 1.8 * unit;
+  }
+}
+
 void drawAxes(Picture& picture, const AnnotationSubject& subject) {
   const double unit = unitOf(picture);
   const Font font(int(std::lround(unit)));
@@ -184,6 +205,7 @@ void annotate(Picture& picture, const Annotations& wanted, const AnnotationSubje
               const std::optional<glm::dvec3>& background) {
   const glm::dvec3 ink = inkOn(background);
   if (wanted.colorbar && subject.function) drawColorbar(picture, subject, ink);
+  if (wanted.colorbar) drawLegend(picture, subject, ink);
   if (wanted.axes) drawAxes(picture, subject);
   if (wanted.time) {
     const double unit = unitOf(picture);

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <glm/vec2.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "explorer/look.h"
 #include "explorer/picture.h"
+#include "proxy/classifier/classifier.h"
 #include "proxy/transfer_function.h"
 
 namespace vestige {
@@ -19,6 +21,7 @@ struct AnnotationSubject {
   std::string field, units;
   double time = 0.0;
   long cycle = 0;
+  std::span<const Feature> features{};  ///< for the legend, in place of the colour bar
 };
 
 /// A tick of the colour bar: a round value and its text. All texts of a bar have equally many
@@ -39,8 +42,8 @@ void drawLine(Picture& picture, glm::dvec2 from, glm::dvec2 to, double width,
 void drawBoxEdges(Picture& picture, const AnnotationSubject& subject, bool hidden,
                   glm::dvec3 colorLinear);
 
-/// Colour bar with ticks and units, axes triad and time label, as asked for. The colour of text is
-/// chosen to stand out from `background` (sRGB; empty = transparent).
+/// Colour bar with ticks and units or legend of features, axes triad and time label, as asked for.
+/// The colour of text is chosen to stand out from `background` (sRGB; empty = transparent).
 void annotate(Picture& picture, const Annotations& wanted, const AnnotationSubject& subject,
               const std::optional<glm::dvec3>& background);
 /// The colour of lines and letters on that background, linear.

@@ -18,6 +18,7 @@ void addDoctor(CLI::App& app, int& exitCode);
 void addExport(CLI::App& app, int& exitCode);
 void addProbe(CLI::App& app, int& exitCode);
 void addTrain(CLI::App& app, int& exitCode);
+void addFit(CLI::App& app, int& exitCode);
 
 /// The options that change a look: each is a part of it, and goes before the same key in --look.
 class LookOptions {
@@ -45,6 +46,9 @@ class LookOptions {
 /// the option and the piece that is none.
 std::vector<double> numbersFromText(const std::string& option, const std::string& text,
                                     std::size_t least, std::size_t most);
+
+/// A whole text file; throws Io naming it.
+std::string textOfFile(const std::string& path);
 
 /// A bar on the terminal, or nothing when standard error is none.
 class ProgressBar {

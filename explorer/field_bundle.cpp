@@ -190,6 +190,42 @@ FieldBundle::FieldBundle(const Archive& archive, long cycle, std::vector<std::st
   }
 }
 
+FieldSample FieldBundle::sample(const glm::dvec3& world) const {
+  FieldSample sample;
+  sample.values.fill(std::numeric_limits<double>::quiet_NaN());
+  for (int a = 0; a < 3; ++a) {
+    if (!(world[a] >= domain.low[a] && world[a] <= domain.high[a])) return sample;
+  }
+  const glm::dvec3 cell =
+      glm::dvec3(glm::inverse(worldFromGrid) * glm::dvec4(world, 1.0)) * glm::dvec3(size) - 0.5;
+  glm::ivec3 first;
+  glm::dvec3 t;
+  for (int a = 0; a < 3; ++a) {
+    const double v = std::clamp(cell[a], 0.0, double(size[a] - 1));
+    first[a] = std::min(int(v), std::max(size[a] - 2, 0));
+    t[a] = v - first[a];
+  }
+  sample.values.fill(0.0);
+  for (int corner = 0; corner < 8; ++corner) {
+    double weight = 1.0;
+    glm::ivec3 at = first;
+    for (int a = 0; a < 3; ++a) {
+      const bool up = corner >> a & 1;
+      weight *= up ? t[a] : 1.0 - t[a];
+      at[a] += up;
+    }
+    if (!(weight > 0.0)) continue;
+    const std::size_t i =
+        (std::size_t(at.z) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.x) +
+        std::size_t(at.x);
+    for (std::size_t j = 0; j < fields.size(); ++j) {
+      sample.values[j] +=
+          weight * (domains[j].low + double(values[4 * i + j]) * domains[j].range());
+    }
+  }
+  return sample;
+}
+
 std::vector<float> FieldBundle::gradients() const {
   std::vector<float> norms(values.size() / 4);
   const glm::dmat3 cellFromWorld = [&] {

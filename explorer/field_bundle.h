@@ -29,6 +29,9 @@ struct FieldBundle {
   /// Throws NotFound naming a field of which the step stores neither.
   FieldBundle(const Archive& archive, long cycle, std::vector<std::string> names);
 
+  /// The fields at a point, trilinear, in their own units, without gradient; NaN where one has no
+  /// data or the point lies outside of the domain.
+  FieldSample sample(const glm::dvec3& world) const;
   /// [cell] FieldSample::gradient: central differences, one-sided at the border and beside cells
   /// without data (method §1); NaN where there are none.
   std::vector<float> gradients() const;

@@ -17,15 +17,6 @@
 namespace vestige::cli {
 namespace {
 
-std::string textOfFile(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file || std::filesystem::is_directory(path))
-    throw Error(ErrorCode::Io, "'" + path + "' cannot be read");
-  return text.str();
-}
-
 ImageSize sizeFromText(const std::string& text) {
   int width = 0, height = 0, used = 0;
   if (std::sscanf(text.c_str(), "%dx%d%n", &width, &height, &used) != 2 ||
@@ -63,6 +54,15 @@ nlohmann::json featureFromText(const std::string& text) {
 }
 
 }  // namespace
+
+std::string textOfFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  if (!file || std::filesystem::is_directory(path))
+    throw Error(ErrorCode::Io, "'" + path + "' cannot be read");
+  return text.str();
+}
 
 std::vector<double> numbersFromText(const std::string& option, const std::string& text,
                                     std::size_t least, std::size_t most) {

@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   addExport(app, exitCode);
   addProbe(app, exitCode);
   addTrain(app, exitCode);
+  addFit(app, exitCode);
   if (argc > 1 && argv[1][0] != '-' &&
       app.get_subcommands([&](CLI::App* command) { return command->check_name(argv[1]); })
           .empty()) {

@@ -151,7 +151,8 @@ void Renderer::Impl::answer(const Look& look, long cycle, const std::string& fie
 }
 
 void Renderer::Impl::finish(const Look& look, const ProxyHeader& header, ImageSize viewSize,
-                            const TransferFunction* function, Rendered& out) const {
+                            const TransferFunction* function, Rendered& out,
+                            std::span<const Feature> legend) const {
   if (!out.trust.empty()) {
     out.shares = sharesOf(out.trust, out.picture);
     overlayTrust(out.picture, out.trust);
@@ -162,8 +163,8 @@ void Renderer::Impl::finish(const Look& look, const ProxyHeader& header, ImageSi
   const ImageSize size = look.size.value_or(squarePixels(out.picture.size, pixelAspect));
   out.picture = fitted(out.picture, size, pixelAspect);
   out.camera = fittedCamera(out.camera, viewSize, size);
-  const AnnotationSubject subject{out.camera,   header.domain, function,    header.field,
-                                  header.units, header.time,   header.cycle};
+  const AnnotationSubject subject{out.camera,   header.domain, function,     header.field,
+                                  header.units, header.time,   header.cycle, legend};
   if (look.annotations.box) {
     Picture behind = Picture::blank(size);
     drawBoxEdges(behind, subject, true, inkOn(look.background));
@@ -211,6 +212,7 @@ Rendered Renderer::render(const Look& look) {
 }
 
 std::optional<Renderer::OwnLook> Renderer::ownLook(const Look& look) {
+  if (!look.classifier.empty() || !look.features.empty()) return std::nullopt;
   Impl& self = *impl_;
   const Archive& archive = *self.archive;
   const long cycle = cycleOf(look, archive);
@@ -218,6 +220,7 @@ std::optional<Renderer::OwnLook> Renderer::ownLook(const Look& look) {
   OwnLook own{chosen(look.view, archive.views(), archive, "view"), {}, {}};
   bool both = false;
   self.device->run([&] {
+    if (FeatureSource::has(archive, cycle, field)) return;
     ViewData& view = self.views->get(cycle, own.view, field);
     if (!view.has(kind::kSliced) || !view.has(kind::kReference)) return;
     const ProxyImage reference = view.image(kind::kReference);

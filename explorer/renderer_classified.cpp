@@ -104,7 +104,7 @@ void Renderer::Impl::drawFeatures(const Look& look, FeatureSource& source,
         drawn.stored ? trustFromDoubt(drawn.doubt) : trustFromStretch(drawn.guess, out.picture);
   }
   out.notes.push_back(std::move(drawn.note));
-  finish(look, header, viewSize, nullptr, out);
+  finish(look, header, viewSize, nullptr, out, own->features());
 }
 
 void Renderer::Impl::drawClassified(const Look& look, const Classifier& classifier, long cycle,
@@ -118,10 +118,12 @@ void Renderer::Impl::drawClassified(const Look& look, const Classifier& classifi
   out.camera.pixelAspect = 1.0;
   const Camera camera = fittedCamera(out.camera, viewSize, size);
   VolumeView view;
+  std::optional<TransferFunction> function;
   ClassifiedSource& source = classifiedOf(cycle, classifier.fields());
   const auto resolved = source.resolved(classifier, referenceLength);
   if (const MaximumLook* maximum = resolved->maximum()) {
-    view = source.drawMaximum(look, functionOfMaximum(*maximum, referenceLength), camera, size);
+    function = functionOfMaximum(*maximum, referenceLength);
+    view = source.drawMaximum(look, *function, camera, size);
   } else {
     resolved->edit(look.features);
     view = source.draw(look, *resolved, referenceLength, camera, size);
@@ -130,7 +132,7 @@ void Renderer::Impl::drawClassified(const Look& look, const Classifier& classifi
   out.depth = std::move(view.depth);
   if (look.trust) out.trust = trustFromStretch(view.guess, out.picture);
   out.notes.push_back(source.note());
-  finish(look, header, viewSize, nullptr, out);
+  finish(look, header, viewSize, function ? &*function : nullptr, out, resolved->features());
 }
 
 }  // namespace vestige

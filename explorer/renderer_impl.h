@@ -36,9 +36,11 @@ struct Renderer::Impl {
   void answer(const Look& look, long cycle, const std::string& field, ViewData& base,
               Rendered& out);
   /// Trust, size, annotations and background of a picture that is drawn. `viewSize`: what
-  /// out.camera was made for; `function`: for the colour bar, may be null.
+  /// out.camera was made for; `function`: for the colour bar, may be null; `legend`: of the
+  /// features, in its place.
   void finish(const Look& look, const ProxyHeader& header, ImageSize viewSize,
-              const TransferFunction* function, Rendered& out) const;
+              const TransferFunction* function, Rendered& out,
+              std::span<const Feature> legend = {}) const;
   /// The viewer of a look. Multi-perspective views are looked at without their distortion, so that
   /// nothing jumps when they are turned, unless the look asks for what is stored as it is, or
   /// nothing else is.

@@ -162,6 +162,28 @@ json featureEditJson(const FeatureEdit& edit) {
   return object;
 }
 
+std::vector<JsonObject> featureList(JsonObject& object, const char* key) {
+  std::vector<JsonObject> list = object.list(key);
+  if (list.size() > Classifier::kMaxFeatures) {
+    object.fail(key, fmt::format("holds {}, more than {}", list.size(), Classifier::kMaxFeatures));
+  }
+  if (list.empty() && object.find(key)) object.fail(key, "must not be empty");
+  return list;
+}
+
+std::optional<double> readNumber(JsonObject& object, const char* key) {
+  double number = 0.0;
+  object.read(key, number);
+  if (!std::isfinite(number)) object.fail(key, fmt::format("is {}", number));
+  return object.find(key) ? std::optional(number) : std::nullopt;
+}
+
+std::optional<double> readPositive(JsonObject& object, const char* key) {
+  const std::optional<double> number = readNumber(object, key);
+  if (number && !(*number > 0.0)) object.fail(key, fmt::format("{} is not positive", *number));
+  return number;
+}
+
 json featureJson(const Feature& feature) {
   const glm::dvec3 srgb = srgbFromLinear(feature.color);
   return {{"name", feature.name},

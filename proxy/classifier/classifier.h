@@ -105,8 +105,8 @@ class Classifier {
   virtual std::vector<std::string> channels() const;
   /// [channel] of the features' looks.
   virtual std::vector<ChannelOptics> optics(double referenceLength) const;
-  /// [channel] mean weight, in [0, 1], over a segment on which values go linearly from a to b. A
-  /// value without data (NaN) weighs nothing.
+  /// [channel] mean weight of a resolved one, in [0, 1], over a segment on which values go linearly
+  /// from a to b. A value without data (NaN) weighs nothing.
   virtual void weights(const FieldSample& a, const FieldSample& b,
                        std::span<double> weights) const = 0;
   virtual bool needsGradient() const { return false; }
@@ -157,6 +157,12 @@ nlohmann::json featureEditJson(const FeatureEdit& edit);
 /// Reads name, opacity, color ("#rrggbb" or three sRGB numbers in 0..1) and enabled; a feature
 /// without a name is called `fallback`.
 Feature featureFrom(JsonObject& object, const std::string& fallback);
+/// The objects of a list of features, at most Classifier::kMaxFeatures; none where the key is
+/// absent, while an empty list is an error.
+std::vector<JsonObject> featureList(JsonObject& object, const char* key);
+/// A finite number, and one greater than 0; nothing where the key is absent.
+std::optional<double> readNumber(JsonObject& object, const char* key);
+std::optional<double> readPositive(JsonObject& object, const char* key);
 /// The keys of featureFrom().
 nlohmann::json featureJson(const Feature& feature);
 /// `kind` and `fields`.

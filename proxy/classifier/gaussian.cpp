@@ -338,13 +338,7 @@ Primitive primitiveFrom(JsonObject& object, std::size_t n) {
       (*primitive.scale)[i / n][i % n] = rows[i];
     }
   }
-  if (double thickness = 0.0; object.find("thickness")) {
-    object.read("thickness", thickness);
-    if (!(thickness > 0.0) || std::isinf(thickness)) {
-      object.fail("thickness", fmt::format("{} is not positive and finite", thickness));
-    }
-    primitive.thickness = thickness;
-  }
+  primitive.thickness = readPositive(object, "thickness");
   return primitive;
 }
 
@@ -353,20 +347,14 @@ Primitive primitiveFrom(JsonObject& object, std::size_t n) {
 std::unique_ptr<Classifier> readGaussian(JsonObject& object, std::vector<std::string> fields) {
   std::vector<Feature> features;
   std::vector<Primitive> primitives;
-  for (JsonObject& each : object.list("primitives")) {
+  for (JsonObject& each : featureList(object, "primitives")) {
     features.push_back(featureFrom(each, fmt::format("primitive{}", features.size())));
     primitives.push_back(primitiveFrom(each, fields.size()));
     each.finish();
   }
-  if (features.size() > Classifier::kMaxFeatures) {
-    object.fail("primitives",
-                fmt::format("holds {}, more than {}", features.size(), Classifier::kMaxFeatures));
-  }
-  if (!object.find("primitives")) {
+  if (features.empty()) {
     features.push_back({.name = "median"});
     primitives.emplace_back();
-  } else if (features.empty()) {
-    object.fail("primitives", "must not be empty");
   }
   return std::make_unique<Gaussian>(std::move(fields), std::move(features), std::move(primitives));
 }

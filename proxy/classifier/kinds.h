@@ -24,6 +24,10 @@ struct ClassifierKind {
 std::span<const ClassifierKind> classifierKinds();
 
 // One a file of this folder.
+std::unique_ptr<Classifier> readBoundaries(JsonObject& object, std::vector<std::string> fields);
+std::unique_ptr<Classifier> readColor(JsonObject& object, std::vector<std::string> fields);
 std::unique_ptr<Classifier> readGaussian(JsonObject& object, std::vector<std::string> fields);
+std::unique_ptr<Classifier> readMaterials(JsonObject& object, std::vector<std::string> fields);
+std::unique_ptr<Classifier> readMaximum(JsonObject& object, std::vector<std::string> fields);
 
 }  // namespace vestige

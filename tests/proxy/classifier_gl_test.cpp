@@ -79,5 +79,82 @@ TEST_F(ClassifierGlsl, KeepsToTheLimitsOfGaussians) {
             2e-6);
 }
 
+// --- other kinds ---------------------------------------------------------------------------------
+
+/// Segments between values in [0, 1], their length up to `most` of that.
+std::vector<Segment> segmentsUpTo(double most) {
+  std::mt19937 random(23);
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  std::vector<Segment> segments(4096);
+  for (Segment& segment : segments) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      segment.a.values[i] = any(random);
+      segment.b.values[i] = segment.a.values[i] + most * (any(random) - segment.a.values[i]);
+    }
+    segment.a.gradient = 4.0 * any(random) * any(random);
+    segment.b.gradient = 4.0 * any(random) * any(random);
+    segment = test::rounded(segment);
+  }
+  return segments;
+}
+
+TEST_F(ClassifierGlsl, IntegratesBoundariesWithin2e6) {
+  const FieldDomain unit;
+  const auto classifier = classifierFromJson(
+      {{"kind", "boundaries"},
+       {"fields", {"a"}},
+       {"boundaries",
+        {{{"value", 0.25}, {"thickness", 0.125}}, {{"value", 0.5}, {"thickness", 0.015625}}}}},
+      "");
+  auto segments = segmentsUpTo(1.0);
+  segments.push_back({{{0.25, 0, 0, 0}, 0.0}, {{0.25, 0, 0, 0}, 0.0}});
+  segments.push_back({{{0.25, 0, 0, 0}, 0.0}, {{0.5, 0, 0, 0}, 0.0}});
+  segments.push_back({{{0.3, 0, 0, 0}, 1.0}, {{0.3, 0, 0, 0}, 1.0}});
+  EXPECT_LE(worst(*classifier->resolved({&unit, 1}, 1.0), segments), 2e-6);
+  EXPECT_LE(worst(*classifier->resolved({&unit, 1}, 1.0), segmentsUpTo(0.01)), 2e-6);
+}
+
+json materials() {
+  return {{"kind", "materials"},
+          {"fields", {"a"}},
+          {"materials",
+           {{{"mean", 0.0}, {"deviation", 0.02}},
+            {{"mean", 0.25}, {"deviation", 0.01}},
+            {{"mean", 0.28}, {"deviation", 0.0125}},
+            {{"mean", 0.5}, {"deviation", 0.1}}}}};
+}
+
+TEST_F(ClassifierGlsl, IntegratesMaterialsByAQuadratureOfStatedError) {
+  const auto classifier = classifierFromJson(materials(), "");
+  // Segments no longer than the least deviation, which is how a field is to be sampled, and any.
+  EXPECT_LE(worst(*classifier, segmentsUpTo(0.0)), 2e-5);
+  EXPECT_LE(worst(*classifier, segmentsUpTo(0.01)), 2e-3);
+  EXPECT_LE(worst(*classifier, segmentsUpTo(1.0)), 0.12);
+}
+
+TEST_F(ClassifierGlsl, KeepsValuesFarFromEveryMaterialOutOfZeroByZero) {
+  const auto classifier = classifierFromJson(materials(), "");
+  const Segment far{{{1e4, 0, 0, 0}, 0.0}, {{1e4, 0, 0, 0}, 0.0}};
+  EXPECT_LE(worst(*classifier, {far}), 1e-6);
+}
+
+TEST_F(ClassifierGlsl, IntegratesColoursByAQuadratureOfStatedError) {
+  for (const char* encoding : {"srgb", "linear"}) {
+    for (const char* weight : {"luminance", "constant"}) {
+      const auto classifier = classifierFromJson({{"kind", "color"},
+                                                  {"fields", {"r", "g", "b"}},
+                                                  {"encoding", encoding},
+                                                  {"weight", weight}},
+                                                 "");
+      EXPECT_LE(worst(*classifier, segmentsUpTo(0.0)), 2e-6) << encoding << " " << weight;
+      EXPECT_LE(worst(*classifier, segmentsUpTo(1.0)), 4e-5) << encoding << " " << weight;
+      json clamped = classifier->json();
+      clamped["range"] = {0.25, 0.75};
+      EXPECT_LE(worst(*classifierFromJson(clamped, ""), segmentsUpTo(1.0)), 0.06)
+          << encoding << " " << weight;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace vestige

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "proxy/json_object.h"
+#include "tests/proxy/classifier_fixture.h"
 #include "tests/support/quadrature.h"
 #include "tests/support/random_segments.h"
 
@@ -14,33 +14,16 @@ namespace vestige {
 namespace {
 
 using nlohmann::json;
+using test::between;
+using test::expectKeyError;
+using test::read;
 using test::Segment;
+using test::value;
 
 GaussianPrimitive line(double center, double scale, double thickness = 0.0) {
   GaussianPrimitive primitive{.fields = 1, .center = {center}, .thickness = thickness};
   primitive.scale[0][0] = scale;
   return primitive;
-}
-
-FieldSample value(double v, double gradient = 0.0) { return {{v, 0, 0, 0}, gradient}; }
-
-FieldSample between(const FieldSample& a, const FieldSample& b, double t) {
-  FieldSample middle = a;
-  for (std::size_t i = 0; i < 4; ++i) middle.values[i] += t * (b.values[i] - a.values[i]);
-  middle.gradient += t * (b.gradient - a.gradient);
-  return middle;
-}
-
-std::unique_ptr<Classifier> read(const json& object) { return classifierFromJson(object, ""); }
-
-void expectKeyError(const json& object, const std::string& path, const std::string& part) {
-  try {
-    read(object);
-    FAIL() << "no error in " << object.dump();
-  } catch (const KeyError& error) {
-    EXPECT_EQ(error.path(), path) << error.what();
-    EXPECT_NE(error.reason().find(part), std::string::npos) << error.what();
-  }
 }
 
 json with(const json& primitive, int fields = 2) {

@@ -35,6 +35,44 @@ std::string chosen(const std::string& wanted, const std::vector<std::string>& th
 
 }  // namespace
 
+std::unique_ptr<Classifier> classifierOf(const Look& look) {
+  if (look.classifier.empty()) return nullptr;
+  return classifierFromJson(nlohmann::json::parse(look.classifier), "classifier");
+}
+
+bool isTransferFunction(const Classifier& classifier) {
+  return classifier.fields().size() == 1 && !classifier.needsGradient() && !classifier.maximum();
+}
+
+/// A classifier of one value as a transfer function: opacity and colour at equal places over the
+/// field's range, linear between them.
+TransferFunction functionOf(const Classifier& classifier, const FieldDomain& domain,
+                            double referenceLength) {
+  constexpr int kPlaces = 4096;
+  const std::vector<ChannelOptics> optics = classifier.optics(referenceLength);
+  std::vector<double> weights(optics.size());
+  std::vector<OpacityPoint> points;
+  std::vector<glm::dvec3> colors;
+  for (int i = 0; i <= kPlaces; ++i) {
+    FieldSample sample;
+    sample.values[0] = domain.low + domain.range() * i / kPlaces;
+    classifier.weights(sample, sample, weights);
+    ChannelOptics sum;
+    for (std::size_t k = 0; k < optics.size(); ++k) {
+      sum.extinction += weights[k] * optics[k].extinction;
+      sum.emission += weights[k] * optics[k].emission;
+    }
+    points.push_back({sample.values[0], -std::expm1(-sum.extinction * referenceLength)});
+    // What cannot be seen keeps its neighbour's colour, so that none is mixed in.
+    const glm::dvec3 color = sum.extinction > 0.0 ? sum.emission / sum.extinction
+                             : colors.empty()     ? glm::dvec3(0.0)
+                                                  : linearFromSrgb(colors.back());
+    colors.push_back(glm::clamp(srgbFromLinear(color), 0.0, 1.0));
+  }
+  return {std::move(points), referenceLength, Colormap::fromSrgb("classifier", std::move(colors)),
+          domain.low, domain.high};
+}
+
 TransferFunction functionOf(const Look& look, const ProxyHeader& header,
                             const IntervalPartition* partition) {
   const double low = partition ? partition->low() : header.statistics.low;
@@ -46,6 +84,13 @@ TransferFunction functionOf(const Look& look, const ProxyHeader& header,
   if (look.referenceLength) {
     function = TransferFunction(function.opacityPoints(), *look.referenceLength,
                                 function.colormap(), function.colorLow(), function.colorHigh());
+  }
+  if (const auto classifier = classifierOf(look)) {
+    const FieldDomain domain = fieldDomain(
+        partition ? *partition : IntervalPartition::uniform(low, high, 1), header.statistics);
+    const auto resolved = classifier->resolved({&domain, 1}, function.referenceLength());
+    resolved->edit(look.features);
+    return functionOf(*resolved, domain, function.referenceLength());
   }
   if (look.opacity) function.setOpacity(*look.opacity);
   if (!look.colormap.empty()) function.setColormap(Colormap::named(look.colormap));
@@ -119,6 +164,7 @@ Renderer::~Renderer() {
 
 void Renderer::Impl::answer(const Look& look, long cycle, const std::string& field, ViewData& base,
                             Rendered& out) {
+  if (!look.classifier.empty()) refuseOtherClassification(look);
   const bool learns = look.color == Coloring::Learned;
   Stacks answers = learns ? Stacks::None : stacksAnswer(look, cycle, field, base, out.camera, out);
   std::string stated;
@@ -147,7 +193,10 @@ void Renderer::Impl::answer(const Look& look, long cycle, const std::string& fie
     draw(look, view, function, out);
   }
   if (!stated.empty()) out.notes.push_back(std::move(stated));
-  finish(look, header, viewSize, &function, out);
+  const auto classifier = classifierOf(look);
+  if (!classifier) return finish(look, header, viewSize, &function, out);
+  classifier->edit(look.features);
+  finish(look, header, viewSize, nullptr, out, classifier->features());
 }
 
 void Renderer::Impl::finish(const Look& look, const ProxyHeader& header, ImageSize viewSize,
@@ -181,10 +230,7 @@ Rendered Renderer::render(const Look& look) {
   const Archive& archive = *self.archive;
   Rendered out;
   const long cycle = cycleOf(look, archive);
-  const std::unique_ptr<Classifier> classifier =
-      look.classifier.empty()
-          ? nullptr
-          : classifierFromJson(nlohmann::json::parse(look.classifier), "classifier");
+  const std::unique_ptr<Classifier> classifier = classifierOf(look);
   self.device->run([&] {
     if (FeatureSource* features = self.featuresOf(look, classifier.get(), cycle)) {
       self.drawFeatures(look, *features, classifier.get(), cycle, out);
@@ -202,7 +248,7 @@ Rendered Renderer::render(const Look& look) {
     const std::string viewName = chosen(look.view, archive.views(), archive, "view");
     ViewData& base = self.views->get(cycle, viewName, field);
     out.camera = self.cameraOf(look, base);
-    if (classifier) {
+    if (classifier && !isTransferFunction(*classifier)) {
       self.drawClassified(look, *classifier, cycle, base, out);
     } else {
       self.answer(look, cycle, field, base, out);

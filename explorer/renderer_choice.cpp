@@ -18,8 +18,9 @@ std::string numberOf(double value) {
 }  // namespace
 
 bool isEdited(const Look& look) {
-  return look.opacity || look.referenceLength || !look.colormap.empty() || look.colorRange ||
-         !look.factors.empty() || look.shading == Shading::Phong || look.ao.on;
+  return look.opacity || look.referenceLength || !look.classifier.empty() ||
+         !look.colormap.empty() || look.colorRange || !look.factors.empty() ||
+         look.shading == Shading::Phong || look.ao.on;
 }
 
 Camera Renderer::Impl::cameraOf(const Look& look, const ViewData& base) const {

@@ -16,13 +16,26 @@ TransferFunction functionOfMaximum(const MaximumLook& maximum, double referenceL
   return function;
 }
 
-/// Keys that a picture of classified fields cannot follow.
-void refuseOtherKeys(const Look& look) {
-  const std::pair<const char*, bool> keys[] = {
-      {"opacity", look.opacity.has_value()},       {"factors", !look.factors.empty()},
-      {"colormap", !look.colormap.empty()},        {"colorRange", look.colorRange.has_value()},
-      {"color", look.color != Coloring::Function}, {"via", look.via != Via::Auto},
-      {"order", look.order != Order::Auto},        {"enhance", look.enhance.on}};
+/// Keys of classified fields and features that have no intervals.
+void refuseIntervals(const Look& look) {
+  const std::pair<const char*, bool> keys[] = {{"via", look.via != Via::Auto},
+                                               {"order", look.order != Order::Auto},
+                                               {"enhance", look.enhance.on}};
+  for (const auto& [key, given] : keys) {
+    if (!given) continue;
+    throw Error(ErrorCode::Config, std::string("look key '") + key +
+                                       "' is for intervals of one field: this classifier has none");
+  }
+}
+
+}  // namespace
+
+void refuseOtherClassification(const Look& look) {
+  const std::pair<const char*, bool> keys[] = {{"opacity", look.opacity.has_value()},
+                                               {"factors", !look.factors.empty()},
+                                               {"colormap", !look.colormap.empty()},
+                                               {"colorRange", look.colorRange.has_value()},
+                                               {"color", look.color != Coloring::Function}};
   for (const auto& [key, given] : keys) {
     if (!given) continue;
     throw Error(ErrorCode::Config,
@@ -30,8 +43,6 @@ void refuseOtherKeys(const Look& look) {
                     "' does not go with a classifier: its features have opacities and colours");
   }
 }
-
-}  // namespace
 
 ClassifiedSource& Renderer::Impl::classifiedOf(long cycle, const std::vector<std::string>& fields) {
   if (!classified || !classified->is(cycle, fields)) {
@@ -71,7 +82,8 @@ FeatureSource* Renderer::Impl::featuresOf(const Look& look, const Classifier* cl
 
 void Renderer::Impl::drawFeatures(const Look& look, FeatureSource& source,
                                   const Classifier* classifier, long cycle, Rendered& out) {
-  refuseOtherKeys(look);
+  refuseOtherClassification(look);
+  refuseIntervals(look);
   const std::string name = source.header().field;
   std::string viewName = look.view;
   for (const std::string& view : archive->views()) {
@@ -109,7 +121,8 @@ void Renderer::Impl::drawFeatures(const Look& look, FeatureSource& source,
 
 void Renderer::Impl::drawClassified(const Look& look, const Classifier& classifier, long cycle,
                                     ViewData& base, Rendered& out) {
-  refuseOtherKeys(look);
+  refuseOtherClassification(look);
+  refuseIntervals(look);
   const ProxyHeader& header = base.header();
   const ImageSize viewSize = squarePixels(header.size, header.camera.pixelAspect);
   const ImageSize size = look.size.value_or(viewSize);

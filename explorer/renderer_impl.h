@@ -99,9 +99,13 @@ struct Renderer::Impl {
   Via viaOf(const Look& look, ViewData& view, Rendered& out) const;
 };
 
+/// The classifier of a look, or null.
+std::unique_ptr<Classifier> classifierOf(const Look& look);
+/// Throws Config naming a key that says once more what the look's classifier does.
+void refuseOtherClassification(const Look& look);
 /// Whether a look asks for other opacity, colour or light than the run's base.
 bool isEdited(const Look& look);
-/// The run's base transfer function with what the look changes.
+/// The run's base transfer function with what the look changes, or its classifier of one value.
 TransferFunction functionOf(const Look& look, const ProxyHeader& header,
                             const IntervalPartition* partition);
 /// The camera whose picture of `to` shows all that it showed in a picture of `from`.

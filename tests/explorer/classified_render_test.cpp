@@ -239,6 +239,25 @@ TEST_F(ClassifiedLooks, ShowFeaturesFromWhereNoStackLooks) {
   EXPECT_EQ(made.trust.size(), kSize.pixels());
 }
 
+TEST_F(ClassifiedLooks, OfOneValueAreTransferFunctions) {
+  const json one = {
+      {"kind", "gaussian"},
+      {"fields", {"shells"}},
+      {"primitives",
+       {{{"name", "outer"}, {"center", {0.3}}, {"width", {0.1}}, {"color", "#ff4020"}},
+        {{"name", "inner"}, {"center", {0.7}}, {"width", {0.2}}, {"color", "#2060ff"}}}}};
+  const Rendered made = renderer_->render(look({{"classifier", one}}));
+  const FieldScenes shells({scenes().fields[0]});
+  const auto classifier = classifierFromJson(one, "")->resolved(shells.domains, kReferenceLength);
+  const std::vector<std::vector<ChannelOptics>> looks{classifier->optics(kReferenceLength)};
+  const RgbPicture truth =
+      renderClassified(shells, *classifier, looks, {.camera = made.camera, .size = kSize})[0];
+  EXPECT_GT(psnr(made.picture, truth), 40.0);
+  const Rendered off = renderer_->render(
+      look({{"classifier", one}, {"features", {{{"name", "outer"}, {"enabled", false}}}}}));
+  EXPECT_LT(psnr(off.picture, truth), 30.0);
+}
+
 TEST_F(ClassifiedLooks, NameWhatIsWrong) {
   EXPECT_NE(failureOf({{"field", "features"}, {"features", {{{"name", "no"}, {"opacity", 1}}}}})
                 .find("'no'"),

@@ -57,6 +57,18 @@ TEST(Look, SurvivesJsonWithLearnedColours) {
   EXPECT_EQ(lookFromJson(toJson(look)), look);
 }
 
+TEST(Look, SurvivesJsonWithAClassifierAndChangesOfFeatures) {
+  const Look look = lookFromText(R"({
+    "classifier": {"kind": "gaussian", "fields": ["t", "w"],
+                   "primitives": [{"name": "hot", "center": [1, 2], "width": [0.5, 3]}]},
+    "features": [{"name": "hot", "opacity": 0.25, "color": "#ff0000", "enabled": false}]})");
+  ASSERT_EQ(look.features.size(), 1u);
+  EXPECT_EQ(look.features[0].opacity, 0.25);
+  EXPECT_EQ(look.features[0].enabled, false);
+  EXPECT_EQ(lookFromJson(toJson(look)).classifier, look.classifier);
+  EXPECT_EQ(lookFromJson(toJson(look)).features.size(), 1u);
+}
+
 TEST(Look, IsTheDefaultWhenEmpty) { EXPECT_EQ(lookFromText("{}"), Look{}); }
 
 TEST(Look, NamesUnknownKeysByTheirPath) {
@@ -97,6 +109,14 @@ TEST(Look, NamesTheKeyOfEveryBadValue) {
       {R"({"background": "#12345"})", "background"},
       {R"({"cycle": 1.5})", "cycle"},
       {R"({"cycle": 1, "time": 2})", "cycle"},
+      {R"({"classifier": 3})", "classifier"},
+      {R"({"classifier": {"kind": "magic"}})", "classifier.kind"},
+      {R"({"classifier": {"kind": "gaussian", "fields": []}})", "classifier.fields"},
+      {R"({"classifier": {"kind": "gaussian", "fields": ["a"], "primitives": [{"width": [0]}]}})",
+       "classifier.primitives[0].width"},
+      {R"({"features": [{"opacity": 1}]})", "features[0].name"},
+      {R"({"features": [{"name": "a", "opacity": 2}]})", "features[0].opacity"},
+      {R"({"features": [{"name": "a", "centre": 2}]})", "features[0].centre"},
       {R"({"color": "guessed"})", "color"},
       {R"({"color": "learned", "colormap": "grey"})", "colormap"},
       {R"({"color": "learned", "colorRange": [0, 1]})", "colorRange"},

@@ -11,6 +11,7 @@
 #include <regex>
 
 #include "explorer/picture.h"
+#include "proxy/field_layout.h"
 #include "synthetic.h"
 
 namespace vestige {
@@ -195,6 +196,60 @@ TEST_F(Program, LearnsColoursAndRendersWithThem) {
       << info.text;
 }
 
+TEST_F(Program, DrawsAClassifierAndChangesItsFeatures) {
+  const std::string classifier = file("classifier.json");
+  std::ofstream(classifier) << R"({"kind": "gaussian", "fields": ["density"], "primitives": [
+    {"name": "shell", "center": [0.4], "width": [0.1], "opacity": 0.5, "color": "#ff8000"},
+    {"name": "core", "center": [0.9], "width": [0.1], "opacity": 0.5, "color": "#0080ff"}]})";
+  const std::string render =
+      "render " + archive() + " --classifier '" + classifier + "' --size 32x24 -o '";
+  const std::string look = file("shell.json");
+  const Outcome whole = explorer(render + file("whole.png") + "'");
+  EXPECT_EQ(whole.code, 0) << whole.text;
+  const Outcome one = explorer(render + file("one.png") + "' --feature core:off --save-look '" +
+                               look + "' --feature shell:opacity=0.9,color=#ffffff --colorbar");
+  EXPECT_EQ(one.code, 0) << one.text;
+  EXPECT_NE(contentOf(file("whole.png")), contentOf(file("one.png")));
+  const Outcome again =
+      explorer("render " + archive() + " --look '" + look + "' -o '" + file("again.png") + "'");
+  EXPECT_EQ(again.code, 0) << again.text;
+  EXPECT_EQ(contentOf(file("one.png")), contentOf(file("again.png")));
+}
+
+TEST_F(Program, FitsAPrimitiveToWhatIsBrushedOnASlice) {
+  // density = x in [-1, 1]^3.
+  FieldSamples field;
+  for (FieldAxis& axis : field.axes) axis = {17, -1.0, 0.125, {}};
+  field.low = -1.0;
+  field.high = 1.0;
+  for (int i = 0; i < 17 * 17 * 17; ++i) field.values.push_back(float(i % 17) / 16.0f);
+  const std::string run = file("fields.cdb");
+  ArchiveWriter writer(run, ExistingArchive::Refuse);
+  writer.writeStep(std::vector<EncodedProxy>{encodeProxy(
+      fieldImage(synthetic::header(kind::kField, {64, 64}), std::move(field), {1, 1e-5}))});
+  const std::string into = file("fitted.json");
+  // The front view looks along +y, right is +x: pixels 40 .. 56 of 64 lie right of the middle.
+  const Outcome fit = explorer("fit '" + run + "' --fields density --slice 0,1,0,0 --size 64x64 " +
+                               "--brush 48,32,4 --name right --into '" + into + "'");
+  EXPECT_EQ(fit.code, 0) << fit.text;
+  const auto fitted = nlohmann::json::parse(contentOf(into));
+  const double center = fitted["primitives"][0]["center"][0];
+  EXPECT_GT(center, 0.2);
+  EXPECT_LT(center, 0.8);
+  const Outcome box = explorer("fit '" + run + "' --fields density --region -1,-1,-1,-0.5,1,1 " +
+                               "--name left --into '" + into + "'");
+  EXPECT_EQ(box.code, 0) << box.text;
+  const auto both = nlohmann::json::parse(contentOf(into));
+  ASSERT_EQ(both["primitives"].size(), 2u);
+  EXPECT_NEAR(both["primitives"][1]["center"][0].get<double>(), -0.75, 0.07);
+  const Outcome drawn =
+      explorer("render '" + run + "' --classifier '" + into + "' -o '" + file("fitted.png") + "'");
+  EXPECT_EQ(drawn.code, 0) << drawn.text;
+  const Outcome nothing = explorer("fit '" + run + "' --fields density --region 5,5,5,6,6,6");
+  EXPECT_EQ(nothing.code, 1);
+  EXPECT_NE(nothing.text.find("nothing to fit"), std::string::npos) << nothing.text;
+}
+
 TEST_F(Program, TellsErrorsFromWrongCommandLines) {
   const auto says = [](const std::string& arguments, int code, const char* word) {
     const Outcome outcome = explorer(arguments);
@@ -220,6 +275,13 @@ TEST_F(Program, TellsErrorsFromWrongCommandLines) {
   says("movie " + archive() + " -o x.mp4 --frames 3", 2, "--turn");
   says("compare /nowhere.png /neither.png", 1, "/nowhere.png");
   says("export " + archive() + " -o x --proxy nope", 1, "'nope'");
+  says("render " + archive() + " -o x.png --classifier /nowhere.json", 1, "/nowhere.json");
+  says("render " + archive() + " -o x.png --feature shell", 1, "'shell'");
+  says("render " + archive() + " -o x.png --feature shell:size=2", 1, "'size=2'");
+  says("render " + archive() + " -o x.png --feature shell:off", 1, "'features'");
+  says("fit " + archive() + " --fields density --region 0,0,0,1,1,1", 1, "'density'");
+  says("fit " + archive() + " --fields a,b,c,d,e --region 0,0,0,1,1,1", 1, "1 to 4");
+  says("fit " + archive() + " --region 0,0,0,1,1,1", 2, "--fields");
   says("train /nowhere.cdb", 1, "'/nowhere.cdb' does not exist");
   says("train " + archive() + " -k 0", 2, "--clusters");
   says("train " + archive() + " --step 7", 1, "0, 10, 20");

@@ -95,6 +95,53 @@ PlannedField planField(FieldConfig config, const BlockSet& blocks,
   return field;
 }
 
+/// A field that is called by name: one of those planned, or one that is shared.
+PlannedField namedField(const std::string& name, const std::string& whose,
+                        const std::vector<PlannedField>& planned, const BlockSet& blocks,
+                        const std::map<std::string, std::string>& units) {
+  for (const PlannedField& field : planned) {
+    if (field.name == name) return field;
+  }
+  std::vector<std::string> known = sharedNames(blocks);
+  if (std::find(known.begin(), known.end(), name) != known.end()) {
+    FieldConfig config;
+    config.source = name;
+    return planField(std::move(config), blocks, units);
+  }
+  for (const PlannedField& field : planned) known.push_back(field.name);
+  const auto near = nearestWord(name, known);
+  throw AdaptorError(
+      VESTIGE_ERROR_NO_FIELD,
+      fmt::format("{} names the field '{}', which is neither configured nor shared{}", whose, name,
+                  near.empty() ? "" : fmt::format("; did you mean '{}'?", near)));
+}
+
+void requireOneLocation(const std::string& whose, const std::vector<PlannedField>& fields) {
+  for (const PlannedField& field : fields) {
+    if (field.location == fields.front().location) continue;
+    throw AdaptorError(VESTIGE_ERROR_FIELD,
+                       fmt::format("{} takes '{}' at {}s and '{}' at {}s: its fields must have the "
+                                   "same samples",
+                                   whose, fields.front().name, nameOf(fields.front().location),
+                                   field.name, nameOf(field.location)));
+  }
+}
+
+PlannedField planNorm(FieldConfig config, const std::vector<PlannedField>& planned,
+                      const BlockSet& blocks, const std::map<std::string, std::string>& units) {
+  PlannedField field;
+  const std::string whose = fmt::format("[[field]] '{}'", config.name);
+  for (const std::string& name : config.gradientNorm) {
+    field.terms.push_back(namedField(name, whose, planned, blocks, units));
+  }
+  requireOneLocation(whose, field.terms);
+  field.name = config.name;
+  field.units = config.units.value_or("");
+  field.location = field.terms.front().location;
+  field.config = std::move(config);
+  return field;
+}
+
 }  // namespace
 
 std::vector<PlannedField> planFields(const Config& config, const BlockSet& blocks,
@@ -106,10 +153,19 @@ std::vector<PlannedField> planFields(const Config& config, const BlockSet& block
     }
     if (wanted.empty()) throw AdaptorError(VESTIGE_ERROR_NO_FIELD, "no field is shared");
   }
+  // Norms last: they are of others.
+  std::stable_partition(wanted.begin(), wanted.end(),
+                        [](const FieldConfig& each) { return each.gradientNorm.empty(); });
   std::vector<PlannedField> fields;
   std::set<std::string> names;
+  std::vector<PlannedField> plain;
   for (auto& each : wanted) {
-    fields.push_back(planField(std::move(each), blocks, units));
+    if (each.gradientNorm.empty()) {
+      fields.push_back(planField(std::move(each), blocks, units));
+      plain.push_back(fields.back());
+    } else {
+      fields.push_back(planNorm(std::move(each), plain, blocks, units));
+    }
     const auto& field = fields.back();
     if (!names.insert(field.name).second) {
       throw AdaptorError(VESTIGE_ERROR_FIELD,
@@ -121,7 +177,41 @@ std::vector<PlannedField> planFields(const Config& config, const BlockSet& block
   return fields;
 }
 
+std::vector<PlannedClassifier> planClassifiers(const Config& config,
+                                               const std::vector<PlannedField>& fields,
+                                               const BlockSet& blocks,
+                                               const std::map<std::string, std::string>& units) {
+  std::vector<PlannedClassifier> classifiers;
+  for (const ClassifierConfig& each : config.classifiers) {
+    PlannedClassifier planned{each, {}};
+    const std::string whose = fmt::format("[[classifier]] '{}'", each.name);
+    planned.config.fields.clear();
+    for (const std::string& name : each.fields) {
+      planned.fields.push_back(namedField(name, whose, fields, blocks, units));
+      planned.config.fields.push_back(planned.fields.back().name);
+    }
+    planned.config.json["fields"] = planned.config.fields;
+    requireOneLocation(whose, planned.fields);
+    for (const PlannedField& field : fields) {
+      if (field.name == each.name) {
+        throw AdaptorError(VESTIGE_ERROR_CONFIG,
+                           fmt::format("{} has the name of a field: give it another one", whose));
+      }
+    }
+    classifiers.push_back(std::move(planned));
+  }
+  return classifiers;
+}
+
+FieldReader gradientReaderOf(std::span<const PlannedField> fields, std::vector<double> ranges,
+                             const Block& block) {
+  std::vector<FieldReader> terms;
+  for (const PlannedField& field : fields) terms.push_back(readerOf(field, block));
+  return {std::move(terms), std::move(ranges)};
+}
+
 FieldReader readerOf(const PlannedField& field, const Block& block) {
+  if (!field.terms.empty()) return gradientReaderOf(field.terms, field.ranges, block);
   const FieldView* view = block.find(field.config.source);
   return {*view, block.masks[std::size_t(field.location)], field.derivation,
           block.nodes(field.location)};

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,16 @@ struct PlannedField {
   std::string units;
   Location location = Location::Point;
   Derivation derivation;
+  /// Of a gradient norm: its fields, and the ranges that their gradients are divided by; empty
+  /// until they are known.
+  std::vector<PlannedField> terms{};
+  std::vector<double> ranges{};
+};
+
+/// A [[classifier]], its fields found.
+struct PlannedClassifier {
+  ClassifierConfig config;           ///< `fields` as the archive calls them
+  std::vector<PlannedField> fields;  ///< all at the same location
 };
 
 /// What is to be stored of the shared fields. Without [[field]]: every field in the order in which
@@ -29,9 +40,20 @@ struct PlannedField {
 std::vector<PlannedField> planFields(const Config& config, const BlockSet& blocks,
                                      const std::map<std::string, std::string>& units);
 
+/// The classifiers of the configuration. Their fields are among those planned, by their names in
+/// the archive, or else what is shared by that name. Throws NO_FIELD naming the nearest name, FIELD
+/// when the fields of one are at points and cells, CONFIG when one has the name of a field.
+std::vector<PlannedClassifier> planClassifiers(const Config& config,
+                                               const std::vector<PlannedField>& fields,
+                                               const BlockSet& blocks,
+                                               const std::map<std::string, std::string>& units);
+
 /// The field's readers, one for each block that is not empty.
 std::vector<FieldPart> partsOf(const PlannedField& field, const BlockSet& blocks);
 FieldReader readerOf(const PlannedField& field, const Block& block);
+/// Of the gradient norm of fields whose gradients are divided by `ranges`.
+FieldReader gradientReaderOf(std::span<const PlannedField> fields, std::vector<double> ranges,
+                             const Block& block);
 
 /// How a field's values are told apart and shown in a run (method §0, §2).
 struct Classification {

@@ -61,7 +61,7 @@ void readImage(ConfigReader reader, Config& config) {
   reader.read("phong", config.phong);
   reader.readPositive("step_length", config.stepLength, true);
   reader.readPositive("reference_length", config.referenceLength, true);
-  bool sliced = false, training = false;
+  bool sliced = false, training = false, slicedFeatures = false;
   const auto proxies = reader.readStrings("proxies");
   if (reader.has("proxies")) {
     const std::vector<std::pair<std::string, bool*>> kinds{{"attenuation", &config.attenuation},
@@ -72,7 +72,9 @@ void readImage(ConfigReader reader, Config& config) {
                                                            {"training", &training},
                                                            {"layered", &config.layered},
                                                            {"sliced", &sliced},
-                                                           {"field", &config.field}};
+                                                           {"field", &config.field},
+                                                           {"features", &config.features},
+                                                           {"sliced-features", &slicedFeatures}};
     for (const auto& [name, wanted] : kinds) *wanted = false;
     for (const auto& proxy : proxies) {
       const auto kind = std::find_if(kinds.begin(), kinds.end(),
@@ -87,6 +89,7 @@ void readImage(ConfigReader reader, Config& config) {
     }
     if (proxies.empty()) reader.fail("proxies", "at least one is needed");
     if (sliced) config.sliced.emplace();
+    if (slicedFeatures) config.slicedFeatures.emplace();
     if (training) config.training.emplace();
   }
   reader.rejectUnknownKeys();
@@ -121,8 +124,10 @@ void readTraining(ConfigReader reader, Config& config) {
 }
 
 void readSliced(ConfigReader reader, Config& config) {
-  if (!config.sliced) reader.fail("stacks", "[image] proxies does not name \"sliced\"");
-  SlicedConfig& sliced = *config.sliced;
+  if (!config.sliced && !config.slicedFeatures) {
+    reader.fail("stacks", "[image] proxies names neither \"sliced\" nor \"sliced-features\"");
+  }
+  SlicedConfig sliced;
   reader.read("stacks", sliced.stacks);
   if (sliced.stacks != "views") {
     try {
@@ -136,6 +141,12 @@ void readSliced(ConfigReader reader, Config& config) {
   reader.readInteger("levels", 16, 128, sliced.levels);
   if (!SlicedStack::allowsLevels(sliced.levels)) {
     reader.fail("levels", fmt::format("{} is none of 16, 32, 64, 128", sliced.levels));
+  }
+  if (!config.sliced && reader.has("levels")) {
+    reader.fail("levels", "are of \"sliced\", which [image] proxies does not name");
+  }
+  for (auto* made : {&config.sliced, &config.slicedFeatures}) {
+    if (*made) *made = sliced;
   }
   config.fixed.stacks = reader.has("stacks");
   config.fixed.pixels = reader.has("pixels");
@@ -385,12 +396,26 @@ void readIsovalues(ConfigReader& reader, FieldConfig& field) {
   }
 }
 
+/// The norm of several fields' gradients, which has no source of its own.
+void readGradientNorm(ConfigReader& reader, FieldConfig& field) {
+  field.gradientNorm = reader.readStrings("gradient_norm");
+  if (field.gradientNorm.empty()) reader.fail("gradient_norm", "of which fields?");
+  for (const char* key : {"source", "component", "magnitude", "gradient"}) {
+    if (reader.has(key)) reader.fail(key, "gradient_norm already says what the field is made of");
+  }
+  if (field.name.empty()) field.name = "gradient_norm";
+}
+
 FieldConfig readField(ConfigReader reader) {
   FieldConfig field;
   reader.read("source", field.source);
   reader.read("name", field.name);
-  if (field.source.empty()) field.source = field.name;
-  if (field.source.empty()) reader.fail("source", "which published field?");
+  if (reader.has("gradient_norm")) {
+    readGradientNorm(reader, field);
+  } else {
+    if (field.source.empty()) field.source = field.name;
+    if (field.source.empty()) reader.fail("source", "which published field?");
+  }
   if (reader.has("name") && !isPlainName(field.name)) {
     reader.fail("name", fmt::format("\"{}\" has other characters than letters, digits and _+-.",
                                     field.name));
@@ -402,6 +427,39 @@ FieldConfig readField(ConfigReader reader) {
   readIsovalues(reader, field);
   reader.rejectUnknownKeys();
   return field;
+}
+
+/// All [[classifier]]; without [image] proxies they are what is made, beside the usual of
+/// [[field]].
+void readClassifiers(ConfigReader& root, Config& config) {
+  std::set<std::string> names;
+  for (const FieldConfig& field : config.fields) names.insert(field.name);
+  for (const auto& reader : root.tables("classifier")) {
+    config.classifiers.push_back(readClassifier(reader));
+    const std::string& name = config.classifiers.back().name;
+    if (!isPlainName(name)) {
+      reader.fail("name",
+                  fmt::format("\"{}\" has other characters than letters, digits and _+-.", name));
+    }
+    if (!names.insert(name).second) {
+      reader.fail("name",
+                  fmt::format("\"{}\" is the name of a field or of another classifier", name));
+    }
+  }
+  const bool wanted = config.features || config.slicedFeatures;
+  if (config.classifiers.empty()) {
+    if (wanted) root.fail("image", "proxies names features, but there is no [[classifier]]");
+    return;
+  }
+  if (config.fixed.proxies) {
+    if (!wanted) {
+      root.fail("classifier", "[image] proxies names neither \"features\" nor \"sliced-features\"");
+    }
+    return;
+  }
+  config.features = true;
+  if (!config.fields.empty()) return;
+  config.attenuation = config.length = config.depth = config.mip = config.reference = false;
 }
 
 }  // namespace
@@ -432,7 +490,8 @@ Config configFromText(const std::string& text, const std::string& origin) {
     return std::any_of(config.views.begin(), config.views.end(),
                        [=](const ViewConfig& view) { return view.projection == projection; });
   };
-  if (config.sliced && config.sliced->stacks == "views") {
+  const auto& stacked = config.sliced ? config.sliced : config.slicedFeatures;
+  if (stacked && stacked->stacks == "views") {
     for (const auto& [projection, name] :
          {std::pair(Projection::Perspective, "perspective"),
           std::pair(Projection::MultiPerspective, "multi-perspective")}) {
@@ -450,6 +509,7 @@ Config configFromText(const std::string& text, const std::string& origin) {
     root.fail("view", fmt::format("the name \"{}\" is that of stored fields", kFieldView));
   }
   for (auto& reader : root.tables("field")) config.fields.push_back(readField(reader));
+  readClassifiers(root, config);
   root.rejectUnknownKeys();
   return config;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "adaptor/budget.h"
+#include "adaptor/classifier_config.h"
 #include "adaptor/field_view.h"
 #include "proxy/archive.h"
 #include "proxy/camera.h"
@@ -25,6 +26,8 @@ struct FieldConfig {
   std::optional<int> component;
   bool magnitude = false;  ///< neither: the scalar, or the magnitude of a vector
   bool gradient = false;
+  /// Not empty: no source; the multi-field gradient norm of these fields (FieldSample::gradient).
+  std::vector<std::string> gradientNorm;
   std::optional<std::string> units;
 
   Range range = Range::FirstStep;
@@ -121,6 +124,8 @@ struct Config {
   double referenceLength = 0.0;  ///< world; 0 = the domain's diagonal / 100 (method §0)
 
   std::optional<SlicedConfig> sliced;
+  bool features = false;                       ///< of each classifier, flat
+  std::optional<SlicedConfig> slicedFeatures;  ///< and in stacks of slabs
   BudgetConfig budget;
   FixedKeys fixed;
   std::optional<TrainingConfig> training;
@@ -128,7 +133,14 @@ struct Config {
   TriggerConfig trigger;
   std::vector<ViewConfig> views;    ///< empty: front
   std::vector<FieldConfig> fields;  ///< empty: every published field
+  std::vector<ClassifierConfig> classifiers;
   bool dryRun = false;
+
+  /// Whether anything is made of single fields.
+  bool makesFields() const {
+    return attenuation || length || depth || mip || reference || layered || field || sliced ||
+           training;
+  }
 };
 
 /// Parses TOML; `origin` names it in errors ("run.toml"). Throws Config: "run.toml:12: ...", with

@@ -106,8 +106,15 @@ FieldReader::FieldReader(const FieldView& field, std::optional<MaskView> mask,
                          Derivation derivation, const std::array<std::vector<double>, 3>& nodes)
     : field_(field), mask_(mask), derivation_(derivation), nodes_(nodes) {}
 
+FieldReader::FieldReader(std::vector<FieldReader> terms, std::vector<double> ranges)
+    : nodes_(terms.at(0).nodes_), terms_(std::move(terms)), ranges_(std::move(ranges)) {
+  field_.size = terms_[0].size();
+}
+
 void FieldReader::row(int y, int z, double* out) const {
-  if (derivation_.gradient) {
+  if (!terms_.empty()) {
+    normRow(y, z, out);
+  } else if (derivation_.gradient) {
     gradientRow(y, z, out);
   } else {
     scalarRow(y, z, out);
@@ -175,14 +182,22 @@ void FieldReader::magnitudeRow(std::ptrdiff_t offset, double* out) const {
   }
 }
 
-void FieldReader::gradientRow(int y, int z, double* out) const {
-  const auto [nx, ny, nz] = field_.size;
-  auto& here = scratch(2, nx);
-  auto& before = scratch(3, nx);
-  auto& after = scratch(4, nx);
-  auto& squares = scratch(5, nx);
-  scalarRow(y, z, here.data());
-  const auto& x = nodes_[0];
+namespace {
+
+/// Four rows to work in.
+struct WorkRows {
+  std::vector<double>&here, &before, &after, &squares;
+};
+
+/// The gradient's magnitude along a row of what `rowAt(y, z, out)` gives.
+template <class RowAt>
+void gradientOfRows(const RowAt& rowAt, const std::array<int, 3>& size,
+                    const std::array<std::vector<double>, 3>& allNodes, const WorkRows& work, int y,
+                    int z, double* out) {
+  const auto [nx, ny, nz] = size;
+  auto& [here, before, after, squares] = work;
+  rowAt(y, z, here.data());
+  const auto& x = allNodes[0];
   for (int i = 0; i < nx; ++i) {
     const auto at = std::size_t(i);
     const bool hasBefore = i > 0, hasAfter = i + 1 < nx;
@@ -195,10 +210,10 @@ void FieldReader::gradientRow(int y, int z, double* out) const {
   for (int axis = 1; axis <= 2; ++axis) {
     const int index = axis == 1 ? y : z;
     const bool hasBefore = index > 0, hasAfter = index + 1 < (axis == 1 ? ny : nz);
-    const auto& nodes = nodes_[std::size_t(axis)];
+    const auto& nodes = allNodes[std::size_t(axis)];
     const int dy = axis == 1 ? 1 : 0, dz = axis == 2 ? 1 : 0;
-    if (hasBefore) scalarRow(y - dy, z - dz, before.data());
-    if (hasAfter) scalarRow(y + dy, z + dz, after.data());
+    if (hasBefore) rowAt(y - dy, z - dz, before.data());
+    if (hasAfter) rowAt(y + dy, z + dz, after.data());
     const double at = nodes[std::size_t(index)];
     const double atBefore = hasBefore ? nodes[std::size_t(index) - 1] : 0.0;
     const double atAfter = hasAfter ? nodes[std::size_t(index) + 1] : 0.0;
@@ -213,6 +228,36 @@ void FieldReader::gradientRow(int y, int z, double* out) const {
     const auto k = std::size_t(i);
     const double value = std::sqrt(squares[k]);
     out[i] = std::isnan(here[k]) ? kNoData : value + (value - value);
+  }
+}
+
+}  // namespace
+
+void FieldReader::gradientRow(int y, int z, double* out) const {
+  const int nx = field_.size[0];
+  gradientOfRows([this](int j, int k, double* to) { scalarRow(j, k, to); }, field_.size, nodes_,
+                 {scratch(2, nx), scratch(3, nx), scratch(4, nx), scratch(5, nx)}, y, z, out);
+}
+
+void FieldReader::normRow(int y, int z, double* out) const {
+  const int nx = field_.size[0];
+  // Rows of its own: a term may be a norm itself.
+  std::array<std::vector<double>, 5> rows;
+  for (auto& row : rows) row.resize(std::size_t(nx));
+  auto& gradient = rows[4];
+  std::fill_n(out, nx, 0.0);
+  for (std::size_t t = 0; t < terms_.size(); ++t) {
+    const FieldReader& term = terms_[t];
+    gradientOfRows([&term](int j, int k, double* to) { term.row(j, k, to); }, field_.size, nodes_,
+                   {rows[0], rows[1], rows[2], rows[3]}, y, z, gradient.data());
+    for (int i = 0; i < nx; ++i) {
+      const double share = gradient[std::size_t(i)] / ranges_[t];
+      out[i] += share * share;
+    }
+  }
+  for (int i = 0; i < nx; ++i) {
+    const double value = std::sqrt(out[i]);
+    out[i] = value + (value - value);
   }
 }
 

@@ -64,6 +64,10 @@ class FieldReader {
   FieldReader(const FieldView& field, std::optional<MaskView> mask, Derivation derivation,
               const std::array<std::vector<double>, 3>& nodes);
 
+  /// The multi-field gradient norm (FieldSample::gradient): of the gradients of all `terms`, each
+  /// divided by its range. All on the same nodes; no data in one is none at all.
+  FieldReader(std::vector<FieldReader> terms, std::vector<double> ranges);
+
   const std::array<int, 3>& size() const { return field_.size; }
   /// Values (0..size x, y, z).
   void row(int y, int z, double* out) const;
@@ -72,11 +76,14 @@ class FieldReader {
   void scalarRow(int y, int z, double* out) const;
   void magnitudeRow(std::ptrdiff_t offset, double* out) const;
   void gradientRow(int y, int z, double* out) const;
+  void normRow(int y, int z, double* out) const;
 
   FieldView field_;
   std::optional<MaskView> mask_;
   Derivation derivation_;
   std::array<std::vector<double>, 3> nodes_;
+  std::vector<FieldReader> terms_;  ///< of a norm
+  std::vector<double> ranges_;
 };
 
 /// Normalised samples [z0, z1) x all y x all x of a reader for Marcher::upload:

@@ -222,7 +222,7 @@ Chain freeChain(const Config& config, const StepExtent& extent) {
 
 std::vector<Chain> chainsOf(Config& config, const StepExtent& extent) {
   std::vector<Chain> chains;
-  const bool freeTier = !config.fixed.proxies && config.budget.bytesPerStep;
+  const bool freeTier = !config.fixed.proxies && config.budget.bytesPerStep && config.makesFields();
   if (freeTier) {
     config.attenuation = config.length = config.depth = config.mip = config.layered = false;
     config.reference = true;
@@ -234,7 +234,7 @@ std::vector<Chain> chainsOf(Config& config, const StepExtent& extent) {
     }
     if (config.field) chains.push_back(frontier(fieldSettings(config, extent)));
   }
-  if (bytesOfPixel(config) > 0.0) chains.push_back(pictureChain(config, extent));
+  if (bytesOfPixel(config) > 0.0 || config.features) chains.push_back(pictureChain(config, extent));
   return chains;
 }
 
@@ -248,7 +248,7 @@ std::vector<Rung> ladderOf(const Config& given, const StepExtent& extent) {
   for (const Chain& chain : chains) length = std::max(length, chain.size());
   std::vector<Rung> ladder;
   for (std::size_t i = 0; i < length; ++i) {
-    Rung rung{{}, config};
+    Rung rung{{{}, extent.features}, config};
     for (const Chain& chain : chains) {
       // Shorter chains go down as evenly, to end with the longest.
       const Setting& setting =
@@ -263,7 +263,9 @@ std::vector<Rung> ladderOf(const Config& given, const StepExtent& extent) {
 }
 
 Tier tierOf(std::string_view kind) {
-  return kind == kind::kSliced ? Tier::Sliced : kind == kind::kField ? Tier::Field : Tier::Pictures;
+  return kind == kind::kSliced || kind == kind::kSlicedFeatures ? Tier::Sliced
+         : kind == kind::kField                                 ? Tier::Field
+                                                                : Tier::Pictures;
 }
 
 }  // namespace vestige

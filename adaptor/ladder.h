@@ -22,6 +22,7 @@ struct StepExtent {
   int views = 1;
   /// Pixels of the stacks that a configuration makes, all together.
   std::function<double(const Config&)> stackPixels;
+  TierBytes features{};  ///< of classifiers, which no rung changes
 };
 
 /// The settings that [budget] may choose among, from what the configuration asks for downwards; one

@@ -174,4 +174,42 @@ Raster preview(const SlicedStack& stack, const Classification& classification,
   });
 }
 
+Raster preview(const FeatureImage& image, const PreviewStyle& style) {
+  const FeatureOrigin& features = featuresOf(image.header);
+  const auto optics = features.classifier->optics(features.referenceLength);
+  const std::size_t pixels = image.header.size.pixels();
+  return draw(image.header.size, style, [&](std::size_t p) {
+    Light light{glm::dvec3(0.0), 1.0 - double(image.transmittance[p])};
+    for (std::size_t c = 0; c < optics.size(); ++c) {
+      const double rate = attenuationRate(optics[c]);
+      if (rate > 0.0)
+        light.color += double(image.attenuation[c * pixels + p]) / rate * optics[c].emission;
+    }
+    return light;
+  });
+}
+
+Raster preview(const FeatureStack& stack, const PreviewStyle& style) {
+  const FeatureOrigin& features = featuresOf(stack.header);
+  const auto optics = features.classifier->optics(features.referenceLength);
+  const std::size_t pixels = stack.header.size.pixels();
+  return draw(stack.header.size, style, [&](std::size_t p) {
+    Light light;
+    for (std::size_t s = 0; s < stack.slabs.size() && light.alpha < 0.999; ++s) {
+      double depth = 0.0;
+      glm::dvec3 glow(0.0);
+      for (std::size_t c = 0; c < optics.size(); ++c) {
+        const double integral = stack.slabs[s][c * pixels + p];
+        depth += integral * optics[c].extinction;
+        glow += integral * optics[c].emission;
+      }
+      const double left = 1.0 - light.alpha;
+      const double opacity = -std::expm1(-depth);
+      light.color += left * (depth > 0.0 ? opacity / depth : 1.0) * glow;
+      light.alpha += left * opacity;
+    }
+    return light;
+  });
+}
+
 }  // namespace vestige

@@ -5,6 +5,7 @@
 
 #include "adaptor/classification.h"
 #include "adaptor/march_types.h"
+#include "proxy/feature_layout.h"
 #include "proxy/raster.h"
 #include "proxy/sliced_stack.h"
 
@@ -30,5 +31,8 @@ Raster preview(std::string_view kind, const RayImage& rays, const Classification
                const PreviewStyle& style);
 Raster preview(const SlicedStack& stack, const Classification& classification,
                const PreviewStyle& style);
+/// Of features, under the run's look: what each took of the light, or slabs as mixtures.
+Raster preview(const FeatureImage& image, const PreviewStyle& style);
+Raster preview(const FeatureStack& stack, const PreviewStyle& style);
 
 }  // namespace vestige

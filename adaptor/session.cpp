@@ -9,6 +9,7 @@
 
 #include "adaptor/adaptor_error.h"
 #include "adaptor/dry_run.h"
+#include "adaptor/feature_fit.h"
 #include "adaptor/stopwatch.h"
 #include "adaptor/timings.h"
 #include "adaptor/views.h"
@@ -31,6 +32,7 @@ Session::Session(const Config& config, const std::string& configText,
   // The archive last: overwriting takes the old one away, so nothing may fail after that.
   device_ = gl::Device::create(config_.glBackend, config_.threads);
   marcher_ = std::make_unique<StepMarcher>(config_, device_);
+  features_ = std::make_unique<FeatureStep>(config_, device_);
   ensureExrThreads(config_.threads);
   startRecording(configText, recordDirectory);
   if (!config_.dryRun) {
@@ -67,8 +69,15 @@ void Session::startRecording(const std::string& configText, const std::string& d
 
 bool Session::wantsField(const std::string& name) const {
   if (recorder_ || config_.fields.empty()) return true;
+  const auto names = [&](const std::vector<std::string>& list) {
+    return std::find(list.begin(), list.end(), name) != list.end();
+  };
   return std::any_of(config_.fields.begin(), config_.fields.end(),
-                     [&](const FieldConfig& field) { return field.source == name; });
+                     [&](const FieldConfig& field) {
+                       return field.source == name || names(field.gradientNorm);
+                     }) ||
+         std::any_of(config_.classifiers.begin(), config_.classifiers.end(),
+                     [&](const ClassifierConfig& each) { return names(each.fields); });
 }
 
 void Session::adoptFrozen() {
@@ -77,10 +86,13 @@ void Session::adoptFrozen() {
     const Archive archive(config_.output);
     std::set<std::pair<std::string, std::string>> seen;
     for (const auto& row : archive.rows()) {
-      if (frozen_.contains(row.field) || !seen.emplace(row.field, row.proxy).second) continue;
+      if (frozen_.contains(row.field) || frozenFeatures_.contains(row.field) ||
+          !seen.emplace(row.field, row.proxy).second)
+        continue;
       const ExrFile file = archive.open(row);
       const auto& header = file.header();
       if (header.partition) frozen_.emplace(row.field, *header.partition);
+      if (header.features) frozenFeatures_.emplace(row.field, *header.features);
     }
   } catch (const Error& error) {
     if (error.code() != ErrorCode::NotFound) {
@@ -135,7 +147,8 @@ void Session::execute(std::int64_t cycle, double time) {
   record(cycle, time);
   blocks_.validate();
   StepTimes times;
-  Fields fields{planFields(config_, blocks_, units_), {}};
+  Fields fields{planFields(config_, blocks_, units_), {}, {}};
+  fields.classifiers = planClassifiers(config_, fields.plans, blocks_, units_);
   const auto statistics = [&](const std::string& name) {
     return statisticsOf(fields, name, times);
   };
@@ -158,19 +171,75 @@ void Session::execute(std::int64_t cycle, double time) {
   ++storedSteps_;
 }
 
+const PlannedField* Session::Fields::find(const std::string& name) const {
+  const auto in = [&](const std::vector<PlannedField>& list) -> const PlannedField* {
+    const auto found = std::find_if(list.begin(), list.end(),
+                                    [&](const PlannedField& plan) { return plan.name == name; });
+    return found == list.end() ? nullptr : &*found;
+  };
+  const PlannedField* found = in(plans);
+  for (const auto& classifier : classifiers) {
+    if (!found) found = in(classifier.fields);
+  }
+  for (const auto& plan : plans) {
+    if (!found) found = in(plan.terms);
+  }
+  return found;
+}
+
 const FieldStatistics& Session::statisticsOf(Fields& fields, const std::string& name,
                                              StepTimes& times) {
   const auto known = fields.statistics.find(name);
   if (known != fields.statistics.end()) return known->second;
-  for (const auto& plan : fields.plans) {
-    if (plan.name != name) continue;
-    const Stopwatch watch;
-    auto measured = measureField(partsOf(plan, blocks_), threads_);
-    times.ingest += watch.seconds();
-    return fields.statistics.emplace(name, std::move(measured)).first->second;
+  const PlannedField* found = fields.find(name);
+  if (!found) {
+    throw AdaptorError(VESTIGE_ERROR_NO_FIELD,
+                       fmt::format("[trigger] change: field '{}' is not among those stored", name));
   }
-  throw AdaptorError(VESTIGE_ERROR_NO_FIELD,
-                     fmt::format("[trigger] change: field '{}' is not among those stored", name));
+  PlannedField plan = *found;
+  completeNorm(fields, plan, times);
+  const Stopwatch watch;
+  auto measured = measureField(partsOf(plan, blocks_), threads_);
+  times.ingest += watch.seconds();
+  return fields.statistics.emplace(name, std::move(measured)).first->second;
+}
+
+void Session::completeNorm(Fields& fields, PlannedField& plan, StepTimes& times) {
+  if (plan.ranges.size() == plan.terms.size()) return;
+  for (const PlannedField& term : plan.terms)
+    plan.ranges.push_back(domainOf(fields, term, times).range());
+}
+
+FieldDomain Session::domainOf(Fields& fields, const PlannedField& plan, StepTimes& times) {
+  const auto& statistics = statisticsOf(fields, plan.name, times);
+  return fieldDomain(classificationOf(plan, statistics, 1.0).partition, statistics);
+}
+
+std::vector<StepClassifier> Session::classifiersOf(Fields& fields, double referenceLength,
+                                                   StepTimes& times) {
+  std::vector<StepClassifier> ready;
+  for (const PlannedClassifier& planned : fields.classifiers) {
+    StepClassifier classifier{planned, {}};
+    for (PlannedField& field : classifier.plan.fields) completeNorm(fields, field, times);
+    const auto frozen = frozenFeatures_.find(planned.config.name);
+    if (frozen != frozenFeatures_.end() && planned.config.sameShape(*frozen->second.classifier)) {
+      classifier.origin = frozen->second;
+    } else {
+      if (frozen != frozenFeatures_.end()) {
+        log_.warning(
+            fmt::format("[[classifier]] '{}' has other fields or features than in the "
+                        "earlier run, which is not gone on with",
+                        planned.config.name));
+        frozenFeatures_.erase(frozen);
+      }
+      std::vector<FieldDomain> domains;
+      for (const PlannedField& field : classifier.plan.fields)
+        domains.push_back(domainOf(fields, field, times));
+      classifier.origin = originOf(classifier.plan, std::move(domains), referenceLength, blocks_);
+    }
+    ready.push_back(std::move(classifier));
+  }
+  return ready;
 }
 
 Classification Session::classificationOf(const PlannedField& plan,
@@ -196,6 +265,28 @@ void Session::warnOf(const StepField& field) {
                            field.plan.name, statistics.noData, statistics.count));
 }
 
+TierBytes Session::featureBytes(const StepFrame& frame,
+                                const std::vector<PlannedClassifier>& classifiers) const {
+  // Of a pixel and channel, and of a slab in it: the plume of docs/classification.md.
+  constexpr double kFlat = 4.0, kSlab = 0.5;
+  TierBytes bytes{};
+  for (const PlannedClassifier& each : classifiers) {
+    const double channels =
+        double(classifierFromJson(each.config.json, "", "classifier")->channels().size());
+    if (config_.features) {
+      bytes[std::size_t(Tier::Pictures)] +=
+          kFlat * channels * double(config_.size.pixels() * frame.views.size());
+    }
+    if (!config_.slicedFeatures) continue;
+    for (const StackView& stack : stackViews(*config_.slicedFeatures, config_.size, frame.views,
+                                             blocks_, each.fields.front().location)) {
+      bytes[std::size_t(Tier::Sliced)] +=
+          kSlab * channels * double(stack.size.pixels()) * config_.slicedFeatures->slabs;
+    }
+  }
+  return bytes;
+}
+
 void Session::findLadder(const StepFrame& frame, const Fields& fields) {
   if (!ladder_.empty()) return;
   StepExtent extent;
@@ -208,16 +299,20 @@ void Session::findLadder(const StepFrame& frame, const Fields& fields) {
   const Location location = fields.plans.empty() ? Location::Point : fields.plans.front().location;
   extent.stackPixels = [&, location](const Config& config) {
     double pixels = 0.0;
-    for (const StackView& stack : stackViews(config, frame.views, blocks_, location)) {
+    if (!config.sliced) return pixels;
+    for (const StackView& stack :
+         stackViews(*config.sliced, config.size, frame.views, blocks_, location)) {
       pixels += double(stack.size.pixels());
     }
     return pixels;
   };
+  extent.features = featureBytes(frame, fields.classifiers);
   ladder_ = ladderOf(config_, extent);
   budget_.setLadder({ladder_.begin(), ladder_.end()});
 }
 
 std::vector<EncodedProxy> Session::make(StepFrame& frame, const std::vector<StepField>& fields,
+                                        const std::vector<StepClassifier>& classifiers,
                                         StepTimes& times) {
   const Rung& rung = ladder_[std::size_t(budget_.rung())];
   frame.views = resolveViews(rung.config, blocks_.domain());
@@ -229,9 +324,14 @@ std::vector<EncodedProxy> Session::make(StepFrame& frame, const std::vector<Step
         share ? fmt::format(" of {} of the time", *share) : "", budget_.place(budget_.rung()));
   }
   marcher_->configure(rung.config);
+  features_->configure(rung.config);
   std::vector<EncodedProxy> proxies;
   for (const StepField& field : fields) {
     auto made = marcher_->march(frame, field, threads_, times);
+    std::move(made.begin(), made.end(), std::back_inserter(proxies));
+  }
+  for (const StepClassifier& classifier : classifiers) {
+    auto made = features_->march(frame, classifier, threads_, times);
     std::move(made.begin(), made.end(), std::back_inserter(proxies));
   }
   return proxies;
@@ -246,15 +346,17 @@ bool Session::store(StepFrame frame, Fields& fields, StepTimes& times) {
                              100.0 * coverage));
   }
   std::vector<StepField> ready;
-  for (const auto& plan : fields.plans) {
+  for (auto& plan : config_.makesFields() ? fields.plans : std::vector<PlannedField>{}) {
+    completeNorm(fields, plan, times);
     const auto& statistics = statisticsOf(fields, plan.name, times);
     ready.push_back({plan, statistics, classificationOf(plan, statistics, referenceLength)});
     warnOf(ready.back());
   }
+  const auto classifiers = classifiersOf(fields, referenceLength, times);
   findLadder(frame, fields);
   std::vector<EncodedProxy> proxies;
   for (auto verdict = Budget::Verdict::Again; verdict != Budget::Verdict::Keep;) {
-    proxies = make(frame, ready, times);
+    proxies = make(frame, ready, classifiers, times);
     TierBytes bytes{};
     for (const auto& proxy : proxies) {
       bytes[std::size_t(tierOf(proxy.kind))] += double(proxy.exr.size() + proxy.png.size());
@@ -270,13 +372,27 @@ bool Session::store(StepFrame frame, Fields& fields, StepTimes& times) {
     log_.info(fmt::format("dry run: [budget] time_share = {} allows such a step every {:.3g} s",
                           *config_.budget.timeShare, budget_.secondsNeeded()));
   }
-  for (const StepField& field : ready) {
-    // A field without any finite value says nothing of its range yet.
-    if (field.statistics.count > field.statistics.noData) {
-      frozen_.try_emplace(field.plan.name, field.classification.partition);
-    }
-  }
+  freeze(fields, classifiers);
   return true;
+}
+
+void Session::freeze(const Fields& fields, const std::vector<StepClassifier>& classifiers) {
+  // A field without any finite value says nothing of its range yet.
+  const auto known = [&](const std::string& name) {
+    const FieldStatistics& statistics = fields.statistics.at(name);
+    return statistics.count > statistics.noData;
+  };
+  for (const auto& [name, statistics] : fields.statistics) {
+    if (known(name))
+      frozen_.try_emplace(name, classificationOf(*fields.find(name), statistics, 1.0).partition);
+  }
+  for (const StepClassifier& classifier : classifiers) {
+    const std::string& name = classifier.plan.config.name;
+    if (frozenFeatures_.contains(name)) continue;
+    const auto& of = classifier.plan.fields;
+    if (std::all_of(of.begin(), of.end(), [&](const auto& field) { return known(field.name); }))
+      frozenFeatures_.emplace(name, classifier.origin);
+  }
 }
 
 std::uint64_t Session::write(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,

@@ -13,6 +13,7 @@
 #include "adaptor/block_set.h"
 #include "adaptor/classification.h"
 #include "adaptor/config.h"
+#include "adaptor/feature_step.h"
 #include "adaptor/ladder.h"
 #include "adaptor/log.h"
 #include "adaptor/record.h"
@@ -50,20 +51,33 @@ class Session {
   /// What is known of the fields of the step at hand.
   struct Fields {
     std::vector<PlannedField> plans;
+    std::vector<PlannedClassifier> classifiers;
     std::map<std::string, FieldStatistics> statistics;
+    /// Among the plans, what classifiers take, and what norms are of; nullptr: none has the name.
+    const PlannedField* find(const std::string& name) const;
   };
   void startRecording(const std::string& configText, const std::string& directory);
   void adoptFrozen();
   void record(std::int64_t cycle, double time);
   const FieldStatistics& statisticsOf(Fields& fields, const std::string& name, StepTimes& times);
+  /// Finds the ranges of a gradient norm.
+  void completeNorm(Fields& fields, PlannedField& plan, StepTimes& times);
+  /// What a classifier knows of a field at this step, or from the first step on.
+  FieldDomain domainOf(Fields& fields, const PlannedField& plan, StepTimes& times);
+  std::vector<StepClassifier> classifiersOf(Fields& fields, double referenceLength,
+                                            StepTimes& times);
   Classification classificationOf(const PlannedField& plan, const FieldStatistics& statistics,
                                   double referenceLength) const;
+  TierBytes featureBytes(const StepFrame& frame,
+                         const std::vector<PlannedClassifier>& classifiers) const;
   void findLadder(const StepFrame& frame, const Fields& fields);
   void say();
   /// Whether the step is stored: it may be too large for the budget.
   bool store(StepFrame frame, Fields& fields, StepTimes& times);
   std::vector<EncodedProxy> make(StepFrame& frame, const std::vector<StepField>& fields,
-                                 StepTimes& times);
+                                 const std::vector<StepClassifier>& classifiers, StepTimes& times);
+  /// Keeps ranges and classifiers for the steps to come.
+  void freeze(const Fields& fields, const std::vector<StepClassifier>& classifiers);
   std::uint64_t write(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,
                       StepTimes& times);
   void finishStep(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,
@@ -75,6 +89,7 @@ class Session {
   int threads_;
   std::shared_ptr<gl::Device> device_;
   std::unique_ptr<StepMarcher> marcher_;
+  std::unique_ptr<FeatureStep> features_;
   std::unique_ptr<ArchiveWriter> writer_;
   std::unique_ptr<Recorder> recorder_;
 
@@ -82,8 +97,9 @@ class Session {
   std::map<std::string, std::string> units_;
   Trigger trigger_;
   Budget budget_;
-  std::vector<Rung> ladder_;  ///< of the first step's grid; empty until then
+  std::vector<Rung> ladder_;                         ///< of the first step's grid; empty until then
   std::map<std::string, IntervalPartition> frozen_;  ///< of fields with the first step's range
+  std::map<std::string, FeatureOrigin> frozenFeatures_;  ///< of classifiers, from the first step on
   std::set<std::string> warned_;
   std::optional<std::int64_t> lastCycle_;
   std::int64_t storedSteps_ = 0;

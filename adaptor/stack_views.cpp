@@ -69,13 +69,12 @@ StackView ownView(const SlicedConfig& sliced, View view, const BlockSet& blocks,
 
 }  // namespace
 
-std::vector<StackView> stackViews(const Config& config, const std::vector<View>& views,
-                                  const BlockSet& blocks, Location location) {
-  if (!config.sliced) return {};
-  const SlicedConfig& sliced = *config.sliced;
+std::vector<StackView> stackViews(const SlicedConfig& sliced, ImageSize size,
+                                  const std::vector<View>& views, const BlockSet& blocks,
+                                  Location location) {
   std::vector<StackView> stacks;
   if (sliced.stacks == "views") {
-    for (const View& view : views) stacks.push_back({view, config.size, {}});
+    for (const View& view : views) stacks.push_back({view, size, {}});
   } else {
     // Opposite views of an axis hold the same.
     for (View& view : viewSet(sliced.stacks, blocks.domain(), 1.0)) {

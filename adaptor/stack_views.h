@@ -20,7 +20,9 @@ struct StackView {
 /// so on, with a pixel on every sample across the view as far as SlicedConfig::pixels allows,
 /// shaped as the samples are (Camera::pixelAspect): coarser pixels, or square ones where samples
 /// are not, would cost edges between them.
-std::vector<StackView> stackViews(const Config& config, const std::vector<View>& views,
-                                  const BlockSet& blocks, Location location);
+/// Those of the run's own views are of `size`.
+std::vector<StackView> stackViews(const SlicedConfig& sliced, ImageSize size,
+                                  const std::vector<View>& views, const BlockSet& blocks,
+                                  Location location);
 
 }  // namespace vestige

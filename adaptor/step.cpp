@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <optional>
 
-#include "adaptor/adaptor_error.h"
 #include "adaptor/field_assembly.h"
 #include "adaptor/preview.h"
 #include "adaptor/ray_sorter.h"
@@ -21,54 +20,14 @@
 namespace vestige {
 namespace {
 
-/// The blocks that own some of the domain.
-std::vector<int> marchedBlocks(const StepFrame& frame) {
-  std::vector<int> indices;
-  for (const auto& [index, block] : frame.blocks->blocks()) {
-    if (block.grid.empty()) continue;
-    const auto size = frame.blocks->owned(index).size();
-    if (size.x > 0.0 && size.y > 0.0 && size.z > 0.0) indices.push_back(index);
-  }
-  if (indices.empty()) {
-    throw AdaptorError(VESTIGE_ERROR_GRID, "no block has a volume: nothing to show");
-  }
-  return indices;
-}
-
-/// The same, nearest first for a camera.
-std::vector<int> blocksInOrder(const StepFrame& frame, const Camera& camera) {
-  const auto indices = marchedBlocks(frame);
-  std::vector<Box> boxes;
-  for (const int index : indices) boxes.push_back(frame.blocks->owned(index));
-  std::vector<int> order;
-  for (const auto position : visibilityOrder(boxes, camera)) order.push_back(indices[position]);
-  return order;
-}
-
-/// The smallest spacing of any block, the same for all of them, so that they sample alike; but no
-/// more than kMostSteps along the diagonal, for the sake of grids that are very fine somewhere.
-double defaultStep(const StepFrame& frame, const Box& domain) {
-  constexpr double kMostSteps = 8192.0;
-  return std::max(frame.blocks->smallestSpacing(), domain.diagonal() / kMostSteps);
-}
-
 ProxyHeader headerFor(const Config& config, const StepFrame& frame, const StepField& field,
                       const View& view) {
-  ProxyHeader header;
+  ProxyHeader header = commonHeader(config, frame, view);
   header.field = field.plan.name;
   header.units = field.plan.units;
-  header.time = frame.time;
-  header.cycle = long(frame.cycle);
-  header.view = view.name;
-  header.camera = view.camera;
-  header.size = config.size;
-  header.domain = frame.blocks->domain();
   header.partition = field.classification.partition;
   header.base = field.classification.base;
   header.statistics = field.statistics;
-  header.provenance = frame.provenance;
-  header.note = config.note;
-  header.owner = config.owner;
   return header;
 }
 
@@ -344,7 +303,7 @@ void StepMarcher::marchStacks(const StepFrame& frame, const StepField& field, in
   PreviewStyle style{config_.background, config_.transparentBackground, threads};
   const bool own = config_.sliced->stacks != "views";
   for (const StackView& view :
-       stackViews(config_, frame.views, *frame.blocks, field.plan.location)) {
+       stackViews(*config_.sliced, config_.size, frame.views, *frame.blocks, field.plan.location)) {
     const SlicedStack stack = marchStack(frame, field, view, threads, times);
     style.pixelAspect = view.view.camera.pixelAspect;
     {
@@ -378,7 +337,7 @@ MarchRequest StepMarcher::requestFor(const StepFrame& frame, const StepField& fi
           .partition = partition,
           .base = base,
           .domain = domain,
-          .stepLength = config_.stepLength > 0.0 ? config_.stepLength : defaultStep(frame, domain),
+          .stepLength = stepLengthOf(config_, frame),
           .attenuation = config_.attenuation,
           .length = config_.length,
           .mip = config_.mip,

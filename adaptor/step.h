@@ -9,6 +9,7 @@
 #include "adaptor/classification.h"
 #include "adaptor/marcher.h"
 #include "adaptor/stack_views.h"
+#include "adaptor/step_frame.h"
 #include "adaptor/timings.h"
 #include "proxy/archive.h"
 #include "proxy/view_set.h"
@@ -20,15 +21,6 @@ struct StepField {
   PlannedField plan;
   FieldStatistics statistics;
   Classification classification;
-};
-
-/// What is the same for the whole step.
-struct StepFrame {
-  std::int64_t cycle = 0;
-  double time = 0.0;
-  const BlockSet* blocks = nullptr;
-  std::vector<View> views;
-  std::string provenance;
 };
 
 /// What the rays of a view gathered.

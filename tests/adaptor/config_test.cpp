@@ -137,6 +137,16 @@ TEST(Config, TheGuidesExampleParses) {
   EXPECT_EQ(config.trigger.everyCycles, 50);
 }
 
+TEST(Config, TheGuidesClassifierParses) {
+  const std::string guide = readTextFile(VESTIGE_SOURCE_DIR "/docs/for-simulation-developers.md");
+  const auto start = guide.find("[image]\nproxies = [\"features\"");
+  ASSERT_NE(start, std::string::npos);
+  const auto text = guide.substr(start, guide.find("```\n", start) - start);
+  const Config config = configFromText(text, "guide");
+  ASSERT_EQ(config.classifiers.size(), 1u);
+  EXPECT_EQ(config.classifiers[0].fits.size(), 1u);
+}
+
 TEST(Config, TheGuideNamesEveryKeyThatIsKnown) {
   const std::string guide = readTextFile(VESTIGE_SOURCE_DIR "/docs/for-simulation-developers.md");
   // An unknown key without a near one lists all keys of its table.
@@ -188,7 +198,8 @@ TEST(Config, RefusesWhatMakesNoSense) {
   expectError("[gl]\nbackend = 'vulkan'\n", "vulkan");
   expectError("[image]\nproxies = ['lenght']\n", "\"lenght\" is none of");
   expectError("[image]\nproxies = []\n", "at least one");
-  expectError("[sliced]\nslabs = 4\n", "[image] proxies does not name \"sliced\"");
+  expectError("[sliced]\nslabs = 4\n",
+              "[image] proxies names neither \"sliced\" nor \"sliced-features\"");
   const std::string sliced = "[image]\nproxies = ['sliced']\n[sliced]\n";
   expectError(sliced + "slabs = 65\n", "65");
   expectError(sliced + "levels = 48\n", "48 is none of 16, 32, 64, 128");
@@ -394,6 +405,71 @@ TEST(Classification, QuantilesFollowTheHistogram) {
   for (int i = 0; i < 64; ++i) statistics.histogram[std::size_t(i)] = 4;
   const auto made = classify(config, statistics, 1.0);
   EXPECT_NEAR(made.partition.bounds()[1], 32.0, 1.01);
+}
+
+constexpr const char* kClassifier = "[[classifier]]\nkind = 'gaussian'\nfields = ['t', 'w']\n";
+
+TEST(Config, ReadsClassifiers) {
+  const Config config = configFromText(std::string(kClassifier) + R"(name = "front"
+[[classifier.primitives]]
+name = "hot"
+center = [300, 1]
+width = [10, 0.5]
+[[classifier.primitives]]
+fit = { low = [0, 0, 1], high = [2, 2, 1], full = true }
+)",
+                                       "run.toml");
+  ASSERT_EQ(config.classifiers.size(), 1u);
+  const ClassifierConfig& classifier = config.classifiers[0];
+  EXPECT_EQ(classifier.name, "front");
+  EXPECT_EQ(classifier.fields, (std::vector<std::string>{"t", "w"}));
+  ASSERT_EQ(classifier.fits.size(), 1u);
+  EXPECT_EQ(classifier.fits[0].primitive, 1u);
+  EXPECT_EQ(classifier.fits[0].region.high, glm::dvec3(2, 2, 1));
+  EXPECT_TRUE(classifier.fits[0].full);
+  EXPECT_TRUE(config.features);
+  EXPECT_FALSE(config.slicedFeatures || config.makesFields());
+}
+
+TEST(Config, ClassifiersAreMadeBesideTheFieldsThatAreNamed) {
+  const std::string field = "[[field]]\nname = 'n'\ngradient_norm = ['t', 'w']\n";
+  const Config both = configFromText(field + kClassifier, "run.toml");
+  EXPECT_TRUE(both.features && both.length);
+  EXPECT_EQ(both.fields[0].gradientNorm, (std::vector<std::string>{"t", "w"}));
+  const Config stacks = configFromText(
+      std::string("[image]\nproxies = ['sliced-features']\n[sliced]\nslabs = 9\n") + kClassifier,
+      "run.toml");
+  EXPECT_FALSE(stacks.features || stacks.sliced);
+  ASSERT_TRUE(stacks.slicedFeatures);
+  EXPECT_EQ(stacks.slicedFeatures->slabs, 9);
+}
+
+TEST(Config, RefusesClassifiersWithoutSense) {
+  const std::string good = kClassifier;
+  expectError(good + "name = 3\n", "run.toml:4: [[classifier]] name: must be a text, not 3");
+  expectError(good + "name = 'a b'\n", "other characters");
+  expectError("[[field]]\nname = 'x'\n" + good + "name = 'x'\n",
+              "run.toml:6: [[classifier]] name: \"x\" is the name of a field");
+  expectError(good + good, "run.toml:4: [[classifier]] name: \"features\" is the name");
+  expectError(good + "widths = 1\n", "run.toml:4: [[classifier]] widths: is not known here");
+  expectError("[[classifier]]\nkind = 'gauss'\n", "run.toml:2: [[classifier]] kind: is 'gauss'");
+  const std::string primitive = good + "[[classifier.primitives]]\n";
+  expectError(primitive + "width = [1]\n", "run.toml:5: [[classifier]] primitives[0].width");
+  const auto fit = [&](const std::string& keys, const std::string& more = "") {
+    return primitive + "fit = {" + keys + "}\n" + more;
+  };
+  expectError(fit("low = [0, 0]"), "run.toml:5: [[classifier]] primitives[0].fit.low: must hold");
+  expectError(fit("low = [0, 0, 0]"), "primitives[0].fit.high");
+  expectError(fit("low = [0, 2, 0], high = [1, 1, 1]"), "is 2 along axis 1, above high 1");
+  expectError(fit("low = [0, 0, 0], high = [1, 1, 1], big = 1"), "primitives[0].fit.big");
+  expectError(fit("low = [0, 0, 0], high = [1, 1, 1]", "center = [1, 1]\n"),
+              "run.toml:6: [[classifier]] primitives[0].center: is given, and fit");
+  expectError("[image]\nproxies = ['length']\n" + good, "names neither \"features\"");
+  expectError("[image]\nproxies = ['features']\n", "there is no [[classifier]]");
+  expectError("[image]\nproxies = ['sliced-features']\n[sliced]\nlevels = 64\n" + good,
+              "levels: are of \"sliced\"");
+  expectError("[[field]]\ngradient_norm = []\n", "gradient_norm: of which fields?");
+  expectError("[[field]]\ngradient_norm = ['t']\nsource = 't'\n", "source: gradient_norm already");
 }
 
 }  // namespace

@@ -150,6 +150,27 @@ TEST(FieldView, GradientOfALinearFieldIsItsSlopeOnAnyAxes) {
   for (const double value : values) EXPECT_NEAR(value, 7.0, 1e-12);
 }
 
+TEST(FieldView, TheGradientNormOfLinearFieldsIsThatOfTheirMatrix) {
+  std::vector<double> first, second;
+  const auto nodes = unitNodes();
+  for (const double z : nodes[2])
+    for (const double y : nodes[1])
+      for (const double x : nodes[0]) {
+        first.push_back(20.0 * x - 30.0 * y + 60.0 * z);  // a slope of 70
+        second.push_back(4.0 * x + 3.0 * y);              // of 5
+      }
+  const FieldReader a(packed(SampleType::Float64, first), {}, {}, nodes);
+  const FieldReader b(packed(SampleType::Float64, second), {}, {}, nodes);
+  const FieldReader norm({a, b}, {10.0, 0.5});
+  for (const double value : readAll(norm)) EXPECT_NEAR(value, std::hypot(7.0, 10.0), 1e-12);
+  // A norm of norms: that of a constant is 0.
+  for (const double value : readAll(FieldReader({norm, a}, {1.0, 7.0})))
+    EXPECT_NEAR(value, 10.0, 1e-11);
+  second[3] = std::numeric_limits<double>::quiet_NaN();
+  const FieldReader holed(packed(SampleType::Float64, second), {}, {}, nodes);
+  EXPECT_TRUE(std::isnan(readAll(FieldReader({a, holed}, {1.0, 1.0}))[3]));
+}
+
 TEST(FieldView, GradientIsOneSidedBesideMissingSamples) {
   std::vector<double> data;
   for (int i = 0; i < kCount; ++i) data.push_back(i % 5);

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "adaptor/step_frame.h"
+
+#include <algorithm>
+
+#include "adaptor/adaptor_error.h"
+#include "adaptor/march_types.h"
+
+namespace vestige {
+
+std::vector<int> marchedBlocks(const StepFrame& frame) {
+  std::vector<int> indices;
+  for (const auto& [index, block] : frame.blocks->blocks()) {
+    if (block.grid.empty()) continue;
+    const auto size = frame.blocks->owned(index).size();
+    if (size.x > 0.0 && size.y > 0.0 && size.z > 0.0) indices.push_back(index);
+  }
+  if (indices.empty()) {
+    throw AdaptorError(VESTIGE_ERROR_GRID, "no block has a volume: nothing to show");
+  }
+  return indices;
+}
+
+std::vector<int> blocksInOrder(const StepFrame& frame, const Camera& camera) {
+  const auto indices = marchedBlocks(frame);
+  std::vector<Box> boxes;
+  for (const int index : indices) boxes.push_back(frame.blocks->owned(index));
+  std::vector<int> order;
+  for (const auto position : visibilityOrder(boxes, camera)) order.push_back(indices[position]);
+  return order;
+}
+
+double stepLengthOf(const Config& config, const StepFrame& frame) {
+  if (config.stepLength > 0.0) return config.stepLength;
+  constexpr double kMostSteps = 8192.0;
+  const Box domain = frame.blocks->domain();
+  return std::max(frame.blocks->smallestSpacing(), domain.diagonal() / kMostSteps);
+}
+
+ProxyHeader commonHeader(const Config& config, const StepFrame& frame, const View& view) {
+  ProxyHeader header;
+  header.time = frame.time;
+  header.cycle = long(frame.cycle);
+  header.view = view.name;
+  header.camera = view.camera;
+  header.size = config.size;
+  header.domain = frame.blocks->domain();
+  header.provenance = frame.provenance;
+  header.note = config.note;
+  header.owner = config.owner;
+  return header;
+}
+
+}  // namespace vestige

@@ -101,6 +101,18 @@ VolumeView ClassifiedSource::draw(const Look& look, const Classifier& classifier
     }
     setup.occlusion = &*occlusion_;
   }
+  CustomDrawing custom;
+  if (look.isCustomized()) {
+    if (look.customization->hasGamma() || !look.customization->functions().empty()) {
+      throw Error(ErrorCode::Config,
+                  "look key 'customization' changes gamma or blends to functions, which are of one "
+                  "field: a classifier takes factors of opacity and shifts of colour");
+    }
+    if (!custom_ || !custom_->is(*look.customization, bundle_.domain))
+      custom_.emplace(*look.customization, bundle_.domain);
+    custom.textures = &*custom_;
+    setup.custom = &custom;
+  }
   return pass_.render(*grid_, setup);
 }
 

@@ -50,6 +50,7 @@ class ClassifiedSource {
   std::optional<OcclusionGrid> occlusion_;
   std::optional<LookGrid> first_;   ///< the first field alone, for maxima and normals
   GridPainter painter_;             ///< of it
+  std::optional<CustomTextures> custom_;
   std::string key_, occlusionKey_;  ///< of the look that baked_ and the bricks belong to
 };
 

@@ -34,6 +34,7 @@ class LookOptions {
   long cycle_ = 0;
   double time_ = 0.0, referenceLength_ = 0.0, aoRadius_ = 0.0, enhanceLambda_ = 0.0;
   std::string field_, view_, source_, rotate_, size_, opacity_, factors_, colormap_, colorRange_;
+  std::string customize_, seeds_;
   std::string draw_, isosurfaces_, slice_, clip_;
   std::string color_, via_, order_, shading_, normals_, background_;
   std::vector<std::string> lights_, features_;

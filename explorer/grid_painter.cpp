@@ -56,11 +56,45 @@ OpticsTable::Optics opticsOf(const TransferFunction& function, const IntervalPar
   };
 }
 
+namespace {
+
+/// Colours where only they are shown.
+OpticsTable tableOf(const LookGrid& grid, const Look& look, const TransferFunction& function,
+                    const IntervalPartition* partition) {
+  const auto flat = [function](double value) { return glm::dvec4(function.color(value), 1.0); };
+  const OpticsTable::Optics optics =
+      look.draw != Draw::Volume ? OpticsTable::Optics(flat) : opticsOf(function, partition);
+  return {optics, grid.valueZero, grid.valueZero + grid.valueUnit};
+}
+
+}  // namespace
+
 void GridPainter::forget() {
   tableKey_.clear();
   occlusionKey_.clear();
   table_.reset();
   occlusion_.reset();
+}
+
+void GridPainter::prepareCustom(const LookGrid& grid, const Look& look,
+                                const TransferFunction& function,
+                                const IntervalPartition* partition, const Box& domain) {
+  custom_.reset();
+  customTables_.clear();
+  if (!look.customization || look.customization->isNeutral()) return;
+  if (!customTextures_ || !customTextures_->is(*look.customization, domain))
+    customTextures_.emplace(*look.customization, domain);
+  const std::vector<BlendFunction> functions = look.customization->functions();
+  customTables_.reserve(functions.size());
+  custom_.emplace().textures = &*customTextures_;
+  for (const BlendFunction& blend : functions) {
+    TransferFunction other = blend.over(function);
+    other.setFactors(function.factors());
+    customTables_.push_back(tableOf(grid, look, other, partition));
+    custom_->blends.push_back(&customTables_.back());
+  }
+  custom_->low = partition ? partition->low() : grid.valueZero;
+  custom_->high = partition ? partition->high() : grid.valueZero + grid.valueUnit;
 }
 
 void GridPainter::prepareScalar(LookGrid& grid, const Look& look, const TransferFunction& function,
@@ -73,12 +107,12 @@ void GridPainter::prepareScalar(LookGrid& grid, const Look& look, const Transfer
     return;
   }
   const bool colors = look.draw != Draw::Volume;
-  const std::string key = (colors ? "colors " : "optics ") + toJson(function).dump();
+  std::string key = (colors ? "colors " : "optics ") + toJson(function).dump();
+  // Factors and shifts show nothing that was not to be seen without them.
+  if (custom_ && custom_->textures->hasValues()) key += toJson(*look.customization).dump();
   if (!table_ || key != tableKey_) {
-    const double low = grid.valueZero, high = grid.valueZero + grid.valueUnit;
-    const auto flat = [&](double value) { return glm::dvec4(function.color(value), 1.0); };
-    table_.emplace(colors ? OpticsTable::Optics(flat) : opticsOf(function, partition), low, high);
-    VolumePass::findBricks(grid, *table_);
+    table_.emplace(tableOf(grid, look, function, partition));
+    VolumePass::findBricks(grid, *table_, custom_ ? &*custom_ : nullptr);
     tableKey_ = key;
     step_.reset();
     occlusion_.reset();
@@ -105,12 +139,22 @@ VolumeView GridPainter::draw(LookGrid& grid, const Look& look, const TransferFun
     setup.plane = glm::dvec4(camera.forward, glm::dot(camera.forward, domain.center()));
   }
   setup.sliceThickness = function.referenceLength();
-  if (scalar) prepareScalar(grid, look, function, partition, setup);
+  if (scalar) {
+    prepareCustom(grid, look, function, partition, domain);
+    prepareScalar(grid, look, function, partition, setup);
+    if (custom_) setup.custom = &*custom_;
+  } else if (look.isCustomized()) {
+    throw Error(ErrorCode::Config,
+                "look key 'customization' needs values, this source holds optics");
+  }
   const LightSetup light = lightSetup(look, camera, camera, domain.diagonal());
   if (scalar && setup.mode == VolumeMode::Compositing) {
     if (!step_) step_ = pass_.longestStep(grid, *setup.table, domain);
     // Light falls on the middle of a step: a long one would miss folds of what it passes.
-    setup.step = light.shade ? std::min(*step_, 1.0) : *step_;
+    // The step is judged by the function alone: where values change with the place, it must not
+    // be long either.
+    const bool near = light.shade || (custom_ && custom_->textures->hasValues());
+    setup.step = near ? std::min(*step_, 1.0) : *step_;
     setup.tolerance = kTolerance;
     setup.opaque = kOpaque;
   }

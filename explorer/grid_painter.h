@@ -33,12 +33,17 @@ class GridPainter {
  private:
   void prepareScalar(LookGrid& grid, const Look& look, const TransferFunction& function,
                      const IntervalPartition* partition, VolumeSetup& setup);
+  void prepareCustom(const LookGrid& grid, const Look& look, const TransferFunction& function,
+                     const IntervalPartition* partition, const Box& domain);
 
   VolumePass pass_;
   std::string tableKey_, occlusionKey_;
   std::optional<OpticsTable> table_;
   std::optional<double> step_;  ///< of the table
   std::optional<OcclusionGrid> occlusion_;
+  std::optional<CustomTextures> customTextures_;
+  std::vector<OpticsTable> customTables_;
+  std::optional<CustomDrawing> custom_;  ///< of the two above; none where the look changes nothing
 };
 
 }  // namespace vestige

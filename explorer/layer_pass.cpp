@@ -8,6 +8,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
+#include "customize_frag.embed.h"
 #include "fullscreen_vert.embed.h"
 #include "light_frag.embed.h"
 #include "proxy/error.h"
@@ -152,6 +153,30 @@ gl::Texture LayerPass::light(const LayerTextures& layers, const LightSetup& setu
     gpu::drawFullscreen(empty_);
   }
   gl::checkErrors("lighting depth layers");
+  return result;
+}
+
+gl::Texture LayerPass::customized(const LayerTextures& layers, const gl::Texture& colors,
+                                  const CustomTextures& custom) {
+  const gl::Functions& gl = gl::functions();
+  gl::Texture result = gpu::textureArray(GL_RGBA32F, layers.size, layers.count);
+  const gl::Program& pass =
+      program("customize", embedded::fullscreen_vert, embedded::customize_frag);
+  pass.use();
+  gpu::bindSampler(pass, "colors", 0, colors);
+  gpu::bindSampler(pass, "depth", 1, layers.depth);
+  gpu::bindSampler(pass, "customOptics", 2, custom.optics());
+  const glm::vec4 unproject = unprojectOf(layers.camera, layers.size, 0.0);
+  gl.Uniform4fv(pass.uniform("unproject"), 1, glm::value_ptr(unproject));
+  const glm::mat4 customFromEye(custom.textureFromWorld() * layers.camera.worldFromEye());
+  gl.UniformMatrix4fv(pass.uniform("customFromEye"), 1, GL_FALSE, glm::value_ptr(customFromEye));
+  for (int layer = 0; layer < layers.count; ++layer) {
+    const gpu::Attachment target{&result, layer};
+    gpu::bindTarget(framebuffer_, {&target, 1}, layers.size);
+    gl.Uniform1i(pass.uniform("layer"), layer);
+    gpu::drawFullscreen(empty_);
+  }
+  gl::checkErrors("customising layers");
   return result;
 }
 

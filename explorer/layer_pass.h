@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "explorer/custom_textures.h"
 #include "explorer/drawn_view.h"
 #include "explorer/gpu.h"
 #include "explorer/look.h"
@@ -67,6 +68,9 @@ class LayerPass {
   LayerPass();
   /// [layer] rgb = diffuse and ambient light, a = specular.
   gl::Texture light(const LayerTextures& layers, const LightSetup& setup);
+  /// `colors` with factors and shifts of a customisation at the place of each pixel's surface.
+  gl::Texture customized(const LayerTextures& layers, const gl::Texture& colors,
+                         const CustomTextures& custom);
   /// Draws the layers from `target`. `colors` [layer]: premultiplied RGBA of each source pixel;
   /// `light` may be null. Surfaces stretched across silhouettes fill what no sample covers and
   /// count as guess; so do depths that are only likely, surfaces seen from behind and, if `unseen`,

@@ -209,19 +209,21 @@ LayeredTextures::LayeredTextures(const ProxyHeader& header, const LayeredPlanes&
   gl::checkErrors("uploading layers");
 }
 
-const gl::Program& LayeredPass::program(int layers) {
-  const auto found = programs_.find(layers);
+const gl::Program& LayeredPass::program(int layers, bool custom) {
+  const std::pair key(layers, custom);
+  const auto found = programs_.find(key);
   if (found != programs_.end()) return found->second;
+  std::vector<std::pair<std::string, std::string>> defines{{"LAYERS", std::to_string(layers)}};
+  if (custom) defines.emplace_back("CUSTOM", "1");
   return programs_
-      .emplace(layers, gpu::program(embedded::fullscreen_vert, embedded::layered_frag,
-                                    {{"LAYERS", std::to_string(layers)}}))
+      .emplace(key, gpu::program(embedded::fullscreen_vert, embedded::layered_frag, defines))
       .first->second;
 }
 
 LayeredView LayeredPass::render(const LayeredTextures& layers, const Camera& target, ImageSize size,
-                                bool guess) {
+                                bool guess, const CustomTextures* custom) {
   const gl::Functions& gl = gl::functions();
-  const gl::Program& cast = program(layers.layers);
+  const gl::Program& cast = program(layers.layers, custom);
   cast.use();
   gl.Uniform2i(cast.uniform("sourceSize"), layers.size.width, layers.size.height);
   gl.Uniform2f(cast.uniform("targetSize"), float(size.width), float(size.height));
@@ -242,6 +244,11 @@ LayeredView LayeredPass::render(const LayeredTextures& layers, const Camera& tar
   const glm::vec3 margin(marginShare * (range.high - range.low) / half);
   gl.Uniform3fv(cast.uniform("margin"), 1, glm::value_ptr(margin));
   gl.Uniform1f(cast.uniform("marginLevels"), float(marginShare * kLevels));
+  if (custom) {
+    glm::vec3 scale;
+    for (int i = 0; i < 3; ++i) scale[i] = float(custom->textureFromWorld()[i][i] * half[i]);
+    gl.Uniform3fv(cast.uniform("customFromBox"), 1, glm::value_ptr(scale));
+  }
   std::array<glm::vec4, 3> origin, direction;
   std::array<glm::vec3, 3> boxOrigin, boxDirection, lengths;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -269,6 +276,7 @@ LayeredView LayeredPass::render(const LayeredTextures& layers, const Camera& tar
     gpu::bindSampler(cast, "boundaries", 0, layers.boundaries);
     gpu::bindSampler(cast, "media", 1, layers.media);
     gpu::bindSampler(cast, "tiles", 2, layers.tiles);
+    if (custom) gpu::bindSampler(cast, "customOptics", 3, custom->optics());
     gl.Uniform1f(cast.uniform("pixelStep"), pixelStep);
     gpu::drawFullscreen(empty_);
   });

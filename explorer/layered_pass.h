@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "explorer/custom_textures.h"
 #include "explorer/gpu.h"
 #include "explorer/picture.h"
 #include "explorer/probed_rays.h"
@@ -40,13 +41,14 @@ struct LayeredView {
 /// counts as a guess. Made, used and destroyed in Device::run.
 class LayeredPass {
  public:
-  /// The guess is left out unless it is asked for.
+  /// The guess is left out unless it is asked for. `custom` may be null: factors and shifts at the
+  /// middle of each stretch of a ray in a layer.
   LayeredView render(const LayeredTextures& layers, const Camera& target, ImageSize size,
-                     bool guess = true);
+                     bool guess = true, const CustomTextures* custom = nullptr);
 
  private:
-  const gl::Program& program(int layers);
-  std::map<int, gl::Program> programs_;
+  const gl::Program& program(int layers, bool custom);
+  std::map<std::pair<int, bool>, gl::Program> programs_;
   ProbedRays rays_;
   gl::VertexArray empty_;
 };

@@ -79,6 +79,7 @@ void validateColoring(const Look& look) {
       {"clip", look.clip.has_value()},
       {"rotate", !look.rotate.isZero()},
       {"colormap", !look.colormap.empty()},
+      {"customization", look.customization.has_value()},
       {"colorRange", look.colorRange.has_value()},
       {"via", look.via != Via::Auto},
       {"order", look.order != Order::Auto},

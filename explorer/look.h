@@ -12,6 +12,7 @@
 #include "proxy/box.h"
 #include "proxy/camera.h"
 #include "proxy/classifier/classifier.h"
+#include "proxy/customization.h"
 #include "proxy/transfer_function.h"
 
 namespace vestige {
@@ -86,8 +87,13 @@ struct Enhancement {
   friend bool operator==(const Enhancement&, const Enhancement&) = default;
 };
 
+/// How the seeds of a customisation are drawn: not at all, in the colour that they make of the
+/// middle of the colour map, or in one of their own.
+enum class Seeds { None, Value, Identity };
+
 struct Annotations {
   bool colorbar = false, axes = false, box = false, time = false;
+  Seeds seeds = Seeds::None;
   friend bool operator==(const Annotations&, const Annotations&) = default;
 };
 
@@ -109,7 +115,8 @@ struct Look {
   std::optional<double> referenceLength;
   std::string colormap;  ///< empty: the run's
   std::optional<std::pair<double, double>> colorRange;
-  std::vector<double> factors;  ///< empty: all 1; else one an interval
+  std::vector<double> factors;                 ///< empty: all 1; else one an interval
+  std::optional<Customization> customization;  ///< by position
 
   std::string classifier;  ///< JSON text of classifierFromJson(); empty: the archive's, or none
   std::vector<FeatureEdit> features;  ///< changes of the classifier's features
@@ -127,6 +134,8 @@ struct Look {
   Annotations annotations;
   std::optional<glm::dvec3> background = glm::dvec3(0.0);  ///< sRGB; empty: transparent
 
+  /// Whether its customisation changes anything.
+  bool isCustomized() const { return customization && !customization->isNeutral(); }
   /// Whether only a grid can show it.
   bool needsGrid() const { return draw != Draw::Volume || clip.has_value(); }
   /// Throws Config naming the key unless every value is in its stated range.

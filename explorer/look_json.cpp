@@ -31,6 +31,9 @@ const Names<Draw> kDraws{{"volume", Draw::Volume},
                          {"mip", Draw::Mip},
                          {"slice", Draw::Slice}};
 
+const Names<Seeds> kSeeds{
+    {"none", Seeds::None}, {"value", Seeds::Value}, {"identity", Seeds::Identity}};
+
 template <typename Enum>
 const char* nameOf(const Names<Enum>& names, Enum value) {
   for (const auto& [name, enumerator] : names) {
@@ -113,6 +116,8 @@ void readFunction(JsonObject& object, Look& look) {
   readFixed(object, "colorRange", 2, range);
   if (!range.empty()) look.colorRange = {range[0], range[1]};
   object.read("factors", look.factors);
+  if (const json* customization = object.find("customization"))
+    look.customization = customizationFromJson(*customization);
 }
 
 void readClassifier(JsonObject& object, Look& look) {
@@ -176,6 +181,7 @@ void readPresentation(JsonObject& object, Look& look) {
     entry.read("axes", look.annotations.axes);
     entry.read("box", look.annotations.box);
     entry.read("time", look.annotations.time);
+    entry.readName("seeds", kSeeds, look.annotations.seeds);
     entry.finish();
   }
   if (object.find("background")) {
@@ -224,6 +230,7 @@ json toJson(const Look& look) {
   for (const FeatureEdit& edit : look.features) {
     result["features"].push_back(featureEditJson(edit));
   }
+  if (look.customization) result["customization"] = toJson(*look.customization);
   result["color"] = nameOf(kColorings, look.color);
   result["via"] = nameOf(kVias, look.via);
   result["order"] = nameOf(kOrders, look.order);
@@ -247,6 +254,8 @@ json toJson(const Look& look) {
                            {"axes", look.annotations.axes},
                            {"box", look.annotations.box},
                            {"time", look.annotations.time}};
+  if (look.annotations.seeds != Seeds::None)
+    result["annotations"]["seeds"] = nameOf(kSeeds, look.annotations.seeds);
   result["background"] = textFromBackground(look.background);
   return result;
 }

@@ -17,6 +17,14 @@
 namespace vestige::cli {
 namespace {
 
+nlohmann::json jsonOfFile(const std::string& option, const std::string& path) {
+  try {
+    return nlohmann::json::parse(textOfFile(path));
+  } catch (const nlohmann::json::parse_error& error) {
+    throw Error(ErrorCode::Config, option + " '" + path + "' is not JSON: " + error.what());
+  }
+}
+
 ImageSize sizeFromText(const std::string& text) {
   int width = 0, height = 0, used = 0;
   if (std::sscanf(text.c_str(), "%dx%d%n", &width, &height, &used) != 2 ||
@@ -119,6 +127,8 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
   command.add_option("--color", color_, "function, or learned: see train");
   command.add_option("--via", via_, "auto, length, attenuation");
   command.add_option("--order", order_, "auto, runs, mean");
+  command.add_option("--customize", customize_, "Position-dependent customisation (JSON)");
+  command.add_option("--seeds", seeds_, "Draw its seeds: none, value, identity");
   command.add_option("--light", lights_, "Light from AZ,EL[,INTENSITY]; may be repeated")
       ->allow_extra_args(false);
   command.add_option("--shading", shading_, "none, phong");
@@ -181,6 +191,8 @@ Look LookOptions::look() const {
   text("--shading", "shading", shading_);
   text("--normals", "normals", normals_);
   text("--background", "background", background_);
+  if (given("--customize")) json["customization"] = jsonOfFile("--customize", customize_);
+  if (given("--seeds")) json["annotations"]["seeds"] = seeds_;
   if (given("--rotate")) {
     std::vector<double> angles = numbersFromText("--rotate", rotate_, 2, 3);
     angles.resize(3, 0.0);

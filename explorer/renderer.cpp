@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "explorer/annotate.h"
+#include "explorer/draw_seeds.h"
 #include "explorer/renderer_impl.h"
 #include "explorer/stack_pieces.h"
 #include "proxy/error.h"
@@ -153,6 +154,7 @@ Renderer::~Renderer() {
     impl_->features.reset();
     impl_->classified.reset();
     impl_->stacks.reset();
+    impl_->custom.reset();
     impl_->learned.reset();
     impl_->virtualRays.reset();
     impl_->layered.reset();
@@ -221,6 +223,13 @@ void Renderer::Impl::finish(const Look& look, const ProxyHeader& header, ImageSi
     drawBoxEdges(out.picture, subject, false, inkOn(look.background));
   }
   if (look.background) placeOver(out.picture, linearFromSrgb(*look.background));
+  if (look.customization && look.annotations.seeds != Seeds::None) {
+    std::optional<glm::dvec4> plane;
+    const glm::dvec3 ahead = out.camera.forward;
+    if (look.draw == Draw::Slice)
+      plane = look.slice.value_or(glm::dvec4(ahead, glm::dot(ahead, header.domain.center())));
+    drawSeeds(out.picture, look.annotations.seeds, *look.customization, subject, plane);
+  }
   annotate(out.picture, look.annotations, subject, look.background);
 }
 
@@ -233,6 +242,10 @@ Rendered Renderer::render(const Look& look) {
   const std::unique_ptr<Classifier> classifier = classifierOf(look);
   self.device->run([&] {
     if (FeatureSource* features = self.featuresOf(look, classifier.get(), cycle)) {
+      if (look.isCustomized()) {
+        throw Error(ErrorCode::Config,
+                    "look key 'customization' is not for stored features: take a field");
+      }
       self.drawFeatures(look, *features, classifier.get(), cycle, out);
       return;
     }

@@ -19,7 +19,8 @@ std::string numberOf(double value) {
 
 bool isEdited(const Look& look) {
   return look.opacity || look.referenceLength || !look.classifier.empty() ||
-         !look.colormap.empty() || look.colorRange || !look.factors.empty() ||
+         !look.colormap.empty() || look.colorRange || look.isCustomized() ||
+         !look.factors.empty() ||
          look.shading == Shading::Phong || look.ao.on;
 }
 
@@ -171,6 +172,8 @@ bool Renderer::Impl::fieldAnswers(const Look& look, long cycle, const std::strin
   if (!there) return false;
   const StatedError own = *errorOf(kind::kField, cycle, kFieldView, field, asked);
   stated = "field states: " + own.text() + "; " + stated;
+  // The view's own proxies know no places but those of layers.
+  if (look.isCustomized() && sliced == Stacks::None) return true;
   if (!own.truerThan(other->error)) return false;
   // Who asks for what only other proxies can do shall have it, and hear what is truer.
   const char* only = look.enhance.on             ? "enhance"
@@ -197,7 +200,7 @@ Renderer::Impl::Stacks Renderer::Impl::stacksAnswer(const Look& look, long cycle
   const bool flat = base.has(kind::kLength) || base.has(kind::kAttenuation);
   const bool stored = target == base.header().camera;
   const bool lit = look.shading == Shading::Phong || look.ao.on;
-  if (look.needsGrid()) return Stacks::Grid;
+  if (look.needsGrid() || look.isCustomized()) return Stacks::Grid;
   if (stored && base.has(kind::kSliced)) {
     // Who asks for a way of recomposing lengths shall have it.
     const bool otherwise = look.via != Via::Auto || look.order != Order::Auto;

@@ -48,6 +48,19 @@ ChannelTable Renderer::Impl::tableOf(Via via, ViewData& view,
   return tableForAttenuation(look, view.header().base->onIntervals(partition));
 }
 
+const CustomTextures* Renderer::Impl::customOf(const Look& look, const ProxyHeader& header,
+                                               Rendered& out) {
+  if (!look.isCustomized()) return nullptr;
+  if (!custom || !custom->is(*look.customization, header.domain))
+    custom.emplace(*look.customization, header.domain);
+  if (custom->hasValues()) {
+    out.notes.push_back(
+        "customisation: values are baked into layers, so gamma and functions have no part; factors "
+        "of opacity and shifts of colour do");
+  }
+  return &*custom;
+}
+
 std::optional<gl::Texture> Renderer::Impl::lightOf(const Look& look, ViewData& view,
                                                    const Rendered& out) {
   if (look.shading != Shading::Phong && !look.ao.on) return std::nullopt;
@@ -155,9 +168,13 @@ void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const Transfer
     light =
         layer->light(layers, lightSetup(look, header.camera, out.camera, header.domain.diagonal()));
   }
+  const CustomTextures* customizing = customOf(look, header, out);
+  std::optional<gl::Texture> customized;
+  if (customizing) customized = layer->customized(layers, colors, *customizing);
   const ImageSize size = look.size.value_or(layers.size);
-  WarpedView warped = layer->warp(layers, colors, light ? &*light : nullptr,
-                                  fittedCamera(out.camera, layers.size, size), size, look.trust);
+  WarpedView warped =
+      layer->warp(layers, customized ? *customized : colors, light ? &*light : nullptr,
+                  fittedCamera(out.camera, layers.size, size), size, look.trust);
   out.picture = std::move(warped.picture);
   out.depth = std::move(warped.depth);
   if (look.trust) out.trust = trustFromStretch(warped.guess, out.picture);
@@ -166,8 +183,8 @@ void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const Transfer
 void Renderer::Impl::drawLayered(const Look& look, ViewData& view, Rendered& out) {
   const LayeredTextures& layers = view.layered();
   const ImageSize size = look.size.value_or(layers.size);
-  LayeredView drawn =
-      layered->render(layers, fittedCamera(out.camera, layers.size, size), size, look.trust);
+  LayeredView drawn = layered->render(layers, fittedCamera(out.camera, layers.size, size), size,
+                                      look.trust, customOf(look, view.header(), out));
   out.picture = std::move(drawn.picture);
   out.notes.push_back("layered answers: " + std::to_string(layers.layers) +
                       " piecewise-analytic layers; opacity, colour and light (" + layers.shading +
@@ -292,7 +309,9 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
     const bool rays = view.header().camera.projection == Projection::MultiPerspective &&
                       view.has(kind::kLength) && look.via != Via::Attenuation &&
                       look.shading == Shading::None && !look.ao.on && !look.enhance.on;
-    source = !stored                      ? onlyLayered ? Source::Layered
+    const bool places = look.isCustomized() && (layers || onlyLayered);
+    source = places                       ? layers ? Source::Layers : Source::Layered
+             : !stored                    ? onlyLayered ? Source::Layered
                                             : rays      ? Source::Virtual
                                                         : Source::Layers
              : volume                     ? Source::Volume
@@ -300,6 +319,12 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
              : view.has(kind::kReference) ? Source::Reference
              : onlyLayered                ? Source::Layered
                                           : Source::Mip;
+  }
+  if (look.isCustomized() && source != Source::Layers && source != Source::Layered) {
+    throw Error(ErrorCode::Config,
+                "look key 'customization' needs a source whose samples have places: field, sliced, "
+                "layered or layers; view '" +
+                    view.header().view + "' would be answered by another");
   }
   if (!stored && source != Source::Layers && source != Source::Layered &&
       source != Source::Virtual) {

@@ -31,6 +31,7 @@ struct Renderer::Impl {
   std::unique_ptr<StackSource> stacks;           ///< those that were asked for last
   std::unique_ptr<ClassifiedSource> classified;  ///< likewise
   std::unique_ptr<FeatureSource> features;       ///< likewise
+  std::optional<CustomTextures> custom;          ///< of layers, likewise
 
   /// Finds who answers a look without a classifier, draws and finishes.
   void answer(const Look& look, long cycle, const std::string& field, ViewData& base,
@@ -92,6 +93,8 @@ struct Renderer::Impl {
                        Rendered& out);
   void drawStackGrid(const Look& look, StackSource& source, const TransferFunction& function,
                      ImageSize viewSize, Rendered& out);
+  /// Of a look that customises, over the domain of layers; notes what is baked into them.
+  const CustomTextures* customOf(const Look& look, const ProxyHeader& header, Rendered& out);
   /// The light of the view's depth layers, if the look wants any.
   std::optional<gl::Texture> lightOf(const Look& look, ViewData& view, const Rendered& out);
   void draw(const Look& look, ViewData& view, const TransferFunction& function, Rendered& out);

@@ -49,6 +49,9 @@ void checkSetup(const LookGrid& grid, const VolumeSetup& setup) {
     refuse(std::to_string(setup.isosurfaces.size()) + " isosurfaces, 1 to " +
            std::to_string(kMaxIsosurfaces) + " can be drawn");
   }
+  if (setup.custom && !scalar && !setup.custom->blends.empty()) {
+    refuse("only values of one field can be blended to other functions");
+  }
   if (!(setup.step > 0.0)) refuse("a step of " + std::to_string(setup.step) + " cells");
   if (lights(setup) && setup.mode == VolumeMode::Compositing && !grid.normals) {
     refuse("light needs normals: call findNormals first");
@@ -99,6 +102,26 @@ void setClassifier(const gl::Program& program, const LookGrid& grid, const Class
   gl.Uniform4fv(program.uniform("channelOptics"), GLsizei(optics.size()),
                 glm::value_ptr(optics.front()));
   if (usesGradients(grid, look)) gpu::bindSampler(program, "gradients", 6, *grid.gradients);
+}
+
+/// Texture units from kCustomUnit on.
+void setCustom(const gl::Program& program, const LookGrid& grid, const CustomDrawing& custom,
+               const glm::dmat4& worldFromCell) {
+  constexpr int kCustomUnit = 7;
+  const gl::Functions& gl = gl::functions();
+  const glm::mat4 customFromCell(custom.textures->textureFromWorld() * worldFromCell);
+  gl.UniformMatrix4fv(program.uniform("customFromCell"), 1, GL_FALSE,
+                      glm::value_ptr(customFromCell));
+  gpu::bindSampler(program, "customOptics", kCustomUnit, custom.textures->optics());
+  if (!custom.textures->hasValues() || grid.content != GridContent::Scalar) return;
+  gpu::bindSampler(program, "customValues", kCustomUnit + 1, custom.textures->values());
+  const double range = custom.high - custom.low;
+  gl.Uniform2f(program.uniform("rangeFromTexel"), float(grid.valueUnit / range),
+               float((grid.valueZero - custom.low) / range));
+  const std::array<const char*, Customization::kMaxFunctions> names{"blend0", "blend1", "blend2"};
+  for (std::size_t i = 0; i < custom.blends.size(); ++i) {
+    gpu::bindSampler(program, names[i], kCustomUnit + 2 + int(i), custom.blends[i]->texture());
+  }
 }
 
 void set3(const gl::Program& program, const char* name, const glm::dvec3& value) {
@@ -272,6 +295,11 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
   define(opens, "OPEN");
   define(grid.guess.has_value(), "GUESS");
   define(skips, "SKIP");
+  if (setup.custom) {
+    defines.emplace_back("CUSTOM", "1");
+    define(scalar && setup.custom->textures->hasValues(), "CUSTOM_VALUES");
+    defines.emplace_back("BLENDS", std::to_string(setup.custom->blends.size()));
+  }
   const bool fields = grid.content == GridContent::Fields;
   if (fields) addClassifierDefines(defines, grid, *setup.classified);
   const gl::Program& cast =
@@ -336,6 +364,7 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
                  setup.light ? float(setup.light->ao.strength) : 1.0f);
   }
   if (grid.guess) gpu::bindSampler(cast, "guess", 4, *grid.guess);
+  if (setup.custom) setCustom(cast, grid, *setup.custom, worldFromCell);
   if (shades) {
     setLight(cast, *setup.light);
     const glm::dmat3 eyeFromWorld(setup.camera.eyeFromWorld());
@@ -393,11 +422,26 @@ void VolumePass::findBricks(LookGrid& grid) {
   grid.setOccupied(occupied);
 }
 
-void VolumePass::findBricks(LookGrid& grid, const OpticsTable& table) {
+glm::dvec2 CustomDrawing::widened(glm::dvec2 range) const {
+  const auto changed = [&](double value, double gamma) {
+    const double f = (value - low) / (high - low);
+    return f > 0.0 && f < 1.0 ? low + std::pow(f, gamma) * (high - low) : value;
+  };
+  const glm::dvec2 gammas = textures->gammas();
+  // The greatest gamma lowers values most.
+  return {std::min(range.x, changed(range.x, gammas.y)),
+          std::max(range.y, changed(range.y, gammas.x))};
+}
+
+void VolumePass::findBricks(LookGrid& grid, const OpticsTable& table, const CustomDrawing* custom) {
   std::vector<std::uint8_t> occupied(grid.brickRange.size());
   for (std::size_t i = 0; i < occupied.size(); ++i) {
-    const glm::dvec2 range = glm::dvec2(grid.brickRange[i]) * grid.valueUnit + grid.valueZero;
-    occupied[i] = range.x <= range.y && !table.transparent(range.x, range.y);
+    glm::dvec2 range = glm::dvec2(grid.brickRange[i]) * grid.valueUnit + grid.valueZero;
+    if (!(range.x <= range.y)) continue;
+    if (custom) range = custom->widened(range);
+    const auto shows = [&](const OpticsTable* of) { return !of->transparent(range.x, range.y); };
+    occupied[i] = shows(&table) ||
+                  (custom && std::any_of(custom->blends.begin(), custom->blends.end(), shows));
   }
   grid.setOccupied(occupied);
 }

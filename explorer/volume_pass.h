@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "explorer/custom_textures.h"
 #include "explorer/drawn_view.h"
 #include "explorer/layer_pass.h"
 #include "explorer/look_grid.h"
@@ -38,6 +39,16 @@ struct ClassifiedLook {
   std::vector<ChannelOptics> optics;       ///< [channel]
 };
 
+/// Position-dependent classification of a scalar grid (method §5): gamma at each sample, functions,
+/// factor and shift at the middle of a step.
+struct CustomDrawing {
+  const CustomTextures* textures = nullptr;
+  std::vector<const OpticsTable*> blends;  ///< of Customization::functions, ends as the table's
+  double low = 0.0, high = 1.0;            ///< values that gamma leaves where they are
+  /// The values that those in a range may become.
+  glm::dvec2 widened(glm::dvec2 range) const;
+};
+
 /// How a grid is drawn.
 struct VolumeSetup {
   Camera camera;
@@ -48,6 +59,7 @@ struct VolumeSetup {
   std::optional<Box> clip;                     ///< in world units: what is outside is not drawn
   const LightSetup* light = nullptr;  ///< from lightSetup(look, camera, camera, ...); null: none
   const OcclusionGrid* occlusion = nullptr;
+  const CustomDrawing* custom = nullptr;
   std::vector<Isosurface> isosurfaces;  ///< at most kMaxIsosurfaces
   glm::dvec4 plane{0.0};                ///< slice: the points with dot(plane.xyz, x) = plane.w
   double sliceThickness = 0.0;          ///< slice of optics: length that its opacity stands for
@@ -80,7 +92,8 @@ class VolumePass {
   /// Finds the bricks of an optics grid that have something to show.
   void findBricks(LookGrid& grid);
   /// ... of a scalar grid under a table; of a scalar grid that shows isosurfaces.
-  static void findBricks(LookGrid& grid, const OpticsTable& table);
+  static void findBricks(LookGrid& grid, const OpticsTable& table,
+                         const CustomDrawing* custom = nullptr);
   static void findBricks(LookGrid& grid, std::span<const Isosurface> surfaces);
   /// ... of a grid of fields under a normalised classifier.
   static void findBricks(LookGrid& grid, const Classifier& classifier);

@@ -4,7 +4,7 @@
 // the new view is a line in the stored picture: its pixels are walked, in each the ray crosses some
 // of the pixel's layers, homogeneous media that have a closed form, front to back.
 //
-// LayeredPass defines LAYERS (count).
+// LayeredPass defines LAYERS (count) and CUSTOM.
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -31,6 +31,12 @@ uniform vec2 targetSize;
 uniform float pixelStep;   // pixels a texel of the target: 2 for probes
 uniform float firstDepth;  // t of the camera plane
 uniform float opaque;      // rays end where so much light is left
+
+#ifdef CUSTOM
+// Position-dependent classification (method §5): factor of extinction, shift of colour.
+uniform highp sampler3D customOptics;
+uniform vec3 customFromBox;  // texture coordinate = 1/2 + place in [-1, 1]^3 * this
+#endif
 
 layout(location = 0) out vec4 color;
 layout(location = 1) out vec4 info;  // g = light that came by space that is not stored
@@ -202,6 +208,14 @@ void main() {
         float along = 0.0;
         for (int i = 0; i < LAYERS; ++i) along = i == layer ? weight[i] : along;
         vec4 medium = texelFetch(media, ivec3(pixel, clamp(layer, 0, LAYERS - 1)), 0);
+#ifdef CUSTOM
+        float back = 0.0;
+        for (int i = 0; i < LAYERS; ++i) back = i == layer ? 0.5 * (behind[i] + behind[i + 1]) : back;
+        vec3 place = bo + bd * mix(t, next, away ? 1.0 - back : back);
+        vec4 custom = texture(customOptics, place * customFromBox + 0.5);
+        if (custom.gba != vec3(0.0)) medium.rgb = clamp(medium.rgb + custom.gba, 0.0, 1.0);
+        medium.a *= custom.r;
+#endif
         float passed = exp(-medium.a * along);
         light += left * (1.0 - passed) * medium.rgb;
         left *= passed;

@@ -4,8 +4,9 @@
 // of the grid, z = planar depth from the depth of the medium's centre; samples stand at whole
 // multiples of `stepDepth`, and the first and the last step are cut at the medium's faces.
 // VolumePass defines SCALAR (values and a table, else optics), FIELDS (up to four values and a
-// classifier of CHANNELS channels and PARAMETERS parameters, with GRADIENT if it wants one), MAXIMUM, ISOSURFACE, SLICE, LIT,
-// OPEN (ambient occlusion), GUESS and SKIP.
+// classifier of CHANNELS channels and PARAMETERS parameters, with GRADIENT if it wants one),
+// MAXIMUM, ISOSURFACE, SLICE, LIT, OPEN (ambient occlusion), GUESS, SKIP, CUSTOM, CUSTOM_VALUES and
+// BLENDS (count; these two of SCALAR only).
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -69,6 +70,20 @@ uniform float openStrength;
 uniform sampler3D guess;
 #endif
 
+#ifdef CUSTOM
+// Position-dependent classification (method §5): parameters at a place, applied to its value and to
+// its optics.
+uniform mat4 customFromCell;     // to texture coordinates
+uniform sampler3D customOptics;  // factor of extinction, shift of colour
+#ifdef CUSTOM_VALUES
+uniform sampler3D customValues;  // gamma, shares of functions
+uniform vec2 rangeFromTexel;     // share of the range of values = texel * x + y
+#endif
+#if BLENDS > 0
+uniform sampler2D blend0, blend1, blend2;  // tables as above
+#endif
+#endif
+
 layout(location = 0) out vec4 color;
 layout(location = 1) out vec4 info;  // r = mean planar depth, g = share of guess (ProbedRays)
 
@@ -130,6 +145,64 @@ vec4 opticsBetween(Sample a, Sample b) {
 }
 #endif
 
+#ifdef CUSTOM
+vec3 customPlace(vec3 cell) { return (customFromCell * vec4(cell, 1.0)).xyz; }
+
+float customValue(float value, vec3 cell) {
+#ifdef CUSTOM_VALUES
+  float f = value * rangeFromTexel.x + rangeFromTexel.y;
+  float gamma = texture(customValues, customPlace(cell)).r;
+  if (gamma != 1.0 && f > 0.0 && f < 1.0) {
+    value = (pow(f, gamma) - rangeFromTexel.y) / rangeFromTexel.x;
+  }
+#endif
+  return value;
+}
+
+#if BLENDS > 0
+// Mean optics of a function between two entries, or of one entry.
+vec4 blendBetween(sampler2D blend, float x0, float x1) {
+  if (x0 == x1) return texelFetch(blend, ivec2(int(x0), 1), 0);
+  return (texelFetch(blend, ivec2(int(x1), 0), 0) - texelFetch(blend, ivec2(int(x0), 0), 0)) /
+         (x1 - x0);
+}
+#endif
+
+vec4 customFunction(vec4 optics, float x0, float x1, vec3 cell) {
+#if BLENDS > 0
+  vec3 shares = texture(customValues, customPlace(cell)).gba;
+  float share = shares.x + shares.y + shares.z;
+  if (share > 0.0) {
+    optics *= 1.0 - share;
+    optics += shares.x * blendBetween(blend0, x0, x1);
+#if BLENDS > 1
+    optics += shares.y * blendBetween(blend1, x0, x1);
+#endif
+#if BLENDS > 2
+    optics += shares.z * blendBetween(blend2, x0, x1);
+#endif
+  }
+#endif
+  return optics;
+}
+
+// (σ c, σ), or a colour and its opacity.
+vec4 customLook(vec4 optics, vec3 cell) {
+  vec4 custom = texture(customOptics, customPlace(cell));
+  if (optics.a > 0.0 && custom.gba != vec3(0.0)) {
+    optics.rgb = clamp(optics.rgb / optics.a + custom.gba, 0.0, 1.0) * optics.a;
+  }
+  return optics * custom.r;
+}
+#define CUSTOM_VALUE(value, cell) customValue(value, cell)
+#define CUSTOM_FUNCTION(optics, x0, x1, cell) customFunction(optics, x0, x1, cell)
+#define CUSTOM_LOOK(optics, cell) customLook(optics, cell)
+#else
+#define CUSTOM_VALUE(value, cell) (value)
+#define CUSTOM_FUNCTION(optics, x0, x1, cell) (optics)
+#define CUSTOM_LOOK(optics, cell) (optics)
+#endif
+
 // Where the ray is between two faces of a box, cut from `span`.
 void cut(inout vec2 span, vec3 from, vec3 way, vec3 boxLow, vec3 boxHigh) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -142,6 +215,24 @@ void cut(inout vec2 span, vec3 from, vec3 way, vec3 boxLow, vec3 boxHigh) {
     span = vec2(max(span.x, min(a, b)), min(span.y, max(a, b)));
   }
 }
+
+#ifdef SCALAR
+// Surfaces are where the field itself has a value.
+#ifdef ISOSURFACE
+#define VALUE_AT(cell) valueAt(cell)
+#else
+#define VALUE_AT(cell) CUSTOM_VALUE(valueAt(cell), cell)
+#endif
+
+// The colour of what is shown at opacity 1.
+vec3 colorAt(vec4 optics, vec3 cell) {
+#ifdef CUSTOM
+  return clamp(optics.rgb + texture(customOptics, customPlace(cell)).gba, 0.0, 1.0);
+#else
+  return optics.rgb;
+#endif
+}
+#endif
 
 #ifdef LIT
 // The normal in eye space, any length and side; as long as 1 where it is sure.
@@ -231,9 +322,12 @@ void main() {
 #ifdef SCALAR
   float value = valueAt(cell);
   if (!known(value)) return;
+  // A slice's table holds colours of opacity 1; a factor of the opacity has no part in it.
+  value = CUSTOM_VALUE(value, cell);
   vec4 optics = meanAt(value);
   float opacity = 1.0;
-  vec3 own = optics.rgb;  // a slice's table holds colours of opacity 1
+  optics = CUSTOM_FUNCTION(optics, floor(entryOf(value)), floor(entryOf(value)), cell);
+  vec3 own = colorAt(optics, cell);
 #else
 #ifdef FIELDS
   Sample here = sampleAt(cell);
@@ -241,6 +335,7 @@ void main() {
 #else
   vec4 optics = texelAt(cell) * scale;
 #endif
+  optics = CUSTOM_LOOK(optics, cell);
   float opacity = 1.0 - exp(-optics.a * thickness);
   vec3 own = optics.a > 0.0 ? optics.rgb / optics.a : vec3(0.0);
 #endif
@@ -297,13 +392,13 @@ void main() {
       float zMiddle = 0.5 * (z0 + z1), ds = (z1 - z0) * rate;
 #ifdef SCALAR
       if (!have) {
-        value0 = valueAt(from + z0 * way);
+        value0 = VALUE_AT(from + z0 * way);
 #if !defined(ISOSURFACE) && !defined(MAXIMUM)
         entry0 = entryAt(value0, odd);
 #endif
         have = true;
       }
-      float value1 = valueAt(from + z1 * way);
+      float value1 = VALUE_AT(from + z1 * way);
       bool both = known(value0) && known(value1);
 #if defined(MAXIMUM)
       if (value0 > greatest) {
@@ -324,11 +419,15 @@ void main() {
         float z = mix(z0, z1, (v - value0) / (value1 - value0));
         vec4 own = surfaceColors[s];
         vec3 cell = from + z * way;
-        ADD(lit(own.rgb * own.a, own.a, cell, toViewer), own.a, z, cell)
+        own = CUSTOM_LOOK(vec4(own.rgb * own.a, own.a), cell);
+        own /= max(own.a, 1.0);  // a factor cannot make more than opaque
+        ADD(lit(own.rgb, own.a, cell, toViewer), own.a, z, cell)
       }
 #else
       Entry entry1 = entryAt(value1, 1.0 - odd);
-      vec4 optics = both ? meanBetween(entry0, entry1) : vec4(0.0);
+      vec4 optics = both ? CUSTOM_FUNCTION(meanBetween(entry0, entry1), entry0.x, entry1.x,
+                                           from + zMiddle * way)
+                         : vec4(0.0);
       entry0 = entry1;
 #endif
       value0 = value1;
@@ -343,9 +442,11 @@ void main() {
 #endif
 #if !defined(MAXIMUM) && !defined(ISOSURFACE)
       if (optics.a > 0.0) {
-        float alpha = 1.0 - exp(-optics.a * ds);
         vec3 cell = from + zMiddle * way;
-        ADD(lit(optics.rgb * (alpha / optics.a), alpha, cell, toViewer), alpha, zMiddle, cell)
+        optics = CUSTOM_LOOK(optics, cell);
+        float alpha = 1.0 - exp(-optics.a * ds);
+        ADD(lit(optics.rgb * (alpha / max(optics.a, 1e-30)), alpha, cell, toViewer), alpha, zMiddle,
+            cell)
       }
 #endif
     }
@@ -353,7 +454,10 @@ void main() {
   }
 #ifdef MAXIMUM
   if (greatest > kNoValueEdge) {
-    color = vec4(meanAt(greatest).rgb, 1.0);
+    // As in slices: colours of opacity 1.
+    vec3 cell = from + greatestAt * way;
+    float x = floor(entryOf(greatest));
+    color = vec4(colorAt(CUSTOM_FUNCTION(meanAt(greatest), x, x, cell), cell), 1.0);
     info.r = greatestAt + depthOrigin;
   }
   return;

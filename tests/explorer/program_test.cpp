@@ -105,6 +105,33 @@ TEST_F(Program, GivesTheSamePictureFromASavedLook) {
   EXPECT_EQ(contentOf(file("b.png")), contentOf(file("c.png")));
 }
 
+TEST_F(Program, CustomisesByAFileAndDrawsItsSeeds) {
+  std::ofstream(file("seeds.json")) << R"({"resolution": 32, "seeds": [
+    {"position": [0.3, 0, 0.3], "opacity": 0.1, "shift": [0.3, 0, 0]}]})";
+  const std::string options = " --source layers --customize '" + file("seeds.json") +
+                              "' --seeds identity --save-look '" + file("custom.json") + "'";
+  const Outcome outcome =
+      explorer("render " + archive() + " -o '" + file("custom.png") + "'" + options);
+  ASSERT_EQ(outcome.code, 0) << outcome.text;
+  ASSERT_EQ(explorer("render " + archive() + " -o '" + file("again.png") + "' --look '" +
+                     file("custom.json") + "'")
+                .code,
+            0);
+  EXPECT_EQ(contentOf(file("custom.png")), contentOf(file("again.png")));
+  explorer("render " + archive() + " -o '" + file("plain.png") + "' --source layers");
+  EXPECT_NE(contentOf(file("custom.png")), contentOf(file("plain.png")));
+  const auto refuses = [&](const char* text, const std::string& part) {
+    std::ofstream(file("seeds.json")) << text;
+    const Outcome refused =
+        explorer("render " + archive() + " -o x.png --customize '" + file("seeds.json") + "'");
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_NE(refused.text.find(part), std::string::npos) << refused.text;
+  };
+  refuses("{", "is not JSON");
+  refuses(R"({"seeds": [{"position": [0, 0, 0], "gama": 2}]})",
+          "'customization.seeds[0].gama' is not known here");
+}
+
 TEST_F(Program, ComparesPicturesAndArchives) {
   explorer("render " + archive() + " -o '" + file("d.exr") + "'");
   explorer("render " + archive() + " -o '" + file("e.exr") + "' --via attenuation");

@@ -76,6 +76,13 @@ double meanDifference(const Picture& picture, const test::RgbPicture& wanted) {
   return sum / double(wanted.rgb.size());
 }
 
+double meanDifference(const Picture& a, const Picture& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.rgba.size(); ++i)
+    sum += std::abs(double(a.rgba[i]) - double(b.rgba[i]));
+  return sum / double(a.rgba.size());
+}
+
 /// An archive with three stacks and the run's picture of the first.
 class StackRendering : public ::testing::Test {
  protected:
@@ -239,6 +246,19 @@ TEST_F(StackRendering, GridsShowSurfacesMaximaLightAndClips) {
   EXPECT_LT(light(clipped), plain);
   EXPECT_GT(light(surface), 0.0);
   EXPECT_GT(light(mip), plain);
+}
+
+TEST_F(StackRendering, CustomisedLooksAreDrawnFromTheGrid) {
+  Look look = plainLook();
+  const Rendered plain = renderer().render(look);
+  look.customization.emplace().resolution = 32;
+  EXPECT_EQ(renderer().render(look).picture.rgba, plain.picture.rgba);  // nothing is changed
+  for (SeedParameters& corner : look.customization->corners) corner.opacity = 2.0;
+  const Rendered twice = renderer().render(look);
+  EXPECT_TRUE(says(twice, "as a grid"));
+  look.customization.reset();
+  look.referenceLength = 0.1;  // of opacities that were given for 0.2: twice the extinction
+  EXPECT_LT(meanDifference(twice.picture, renderer().render(look).picture), 0.01);
 }
 
 TEST_F(StackRendering, EnhancementIsForTheStoredView) {

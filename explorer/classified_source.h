@@ -48,8 +48,8 @@ class ClassifiedSource {
   std::optional<LookGrid> grid_;
   std::optional<LookGrid> baked_;  ///< its optics, for light
   std::optional<OcclusionGrid> occlusion_;
-  std::optional<LookGrid> first_;   ///< the first field alone, for maxima and normals
-  GridPainter painter_;             ///< of it
+  std::optional<LookGrid> first_;  ///< the first field alone, for maxima and normals
+  GridPainter painter_;            ///< of it
   std::optional<CustomTextures> custom_;
   std::string key_, occlusionKey_;  ///< of the look that baked_ and the bricks belong to
 };

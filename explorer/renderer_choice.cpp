@@ -20,8 +20,7 @@ std::string numberOf(double value) {
 bool isEdited(const Look& look) {
   return look.opacity || look.referenceLength || !look.classifier.empty() ||
          !look.colormap.empty() || look.colorRange || look.isCustomized() ||
-         !look.factors.empty() ||
-         look.shading == Shading::Phong || look.ao.on;
+         !look.factors.empty() || look.shading == Shading::Phong || look.ao.on;
 }
 
 Camera Renderer::Impl::cameraOf(const Look& look, const ViewData& base) const {

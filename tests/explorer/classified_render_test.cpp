@@ -197,6 +197,24 @@ TEST_F(ClassifiedLooks, ClassifyStoredFieldsAsTheReferenceDoes) {
   EXPECT_GT(psnr(turned.picture, reference(turned.camera, *resolved())), 45.0);
 }
 
+TEST_F(ClassifiedLooks, CustomiseByPosition) {
+  const json half = {{"resolution", 32}, {"corners", {{"opacity", 0.5}}}};
+  const Rendered made = renderer_->render(
+      look({{"classifier", kClassifier}, {"source", "field"}, {"customization", half}}));
+  const Rendered plain =
+      renderer_->render(look({{"classifier", kClassifier}, {"source", "field"}}));
+  double worst = 0.0;
+  for (std::size_t i = 3; i < made.picture.rgba.size(); i += 4) {
+    const double left = std::sqrt(1.0 - double(plain.picture.rgba[i]));
+    worst = std::max(worst, std::abs(1.0 - left - double(made.picture.rgba[i])));
+  }
+  EXPECT_LT(worst, 0.02);
+  const json gamma = {{"resolution", 32}, {"corners", {{"gamma", 2}}}};
+  EXPECT_THROW(renderer_->render(look(
+                   {{"classifier", kClassifier}, {"source", "field"}, {"customization", gamma}})),
+               Error);
+}
+
 TEST_F(ClassifiedLooks, ClassifyByGradientsOfSeveralFields) {
   json thick = kClassifier;
   for (json& primitive : thick["primitives"]) primitive["thickness"] = 0.5;

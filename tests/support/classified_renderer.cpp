@@ -81,15 +81,16 @@ class Slopes {
       }
     }
   }
+  /// 0 where all that is left of the differences is their rounding.
   template <typename Factor>
   glm::dvec3 of(const Factor& factor) const {
-    glm::dvec3 slope(0.0);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
+    glm::dvec3 rise(0.0);
+    double scale = 0.0;
+    for (std::size_t k = 0; k < channels_; ++k) scale = std::max(scale, std::abs(factor(k)));
+    for (std::size_t axis = 0; axis < 3; ++axis)
       for (std::size_t k = 0; k < channels_; ++k)
-        slope[int(axis)] += factor(k) * (weights_[2 * axis + 1][k] - weights_[2 * axis][k]);
-      slope[int(axis)] /= 2.0 * spacing_[int(axis)];
-    }
-    return slope;
+        rise[int(axis)] += factor(k) * (weights_[2 * axis + 1][k] - weights_[2 * axis][k]);
+    return glm::length(rise) > 1e-10 * scale ? rise / (2.0 * spacing_) : glm::dvec3(0.0);
   }
 
  private:

@@ -103,20 +103,73 @@ TEST(ClassifiedRenderer, DrawsEachOfSeveralLooksAsIfAlone) {
   EXPECT_NE(both[0].rgb, both[1].rgb);
 }
 
+/// What light makes of the middle of a picture of a ramp along an axis, seen along y.
+double lightOn(const Classifier& classifier, int axis) {
+  const auto looks = lookOf(classifier);
+  const FieldScenes scenes({ramp(axis)});
+  ClassifiedView view = frontOf(kBox);
+  const auto middle = [&] {
+    return double(renderClassified(scenes, classifier, looks, view)[0].rgb[3 * (10 * 20 + 10)]);
+  };
+  const double plain = middle();
+  view.lit = true;
+  return middle() / plain;
+}
+
 TEST(ClassifiedRenderer, LightsSurfacesThatFaceTheViewer) {
   const auto classifier = gaussian({{{"center", {0.5}}, {"width", {0.2}}, {"opacity", 0.05}}});
-  const auto looks = lookOf(*classifier);
-  ClassifiedView view = frontOf(kBox);
-  const std::size_t pixel = 3 * (10 * 20 + 10);
-  const auto lit = [&](int axis) {
-    view.lit = true;
-    const FieldScenes scenes({ramp(axis)});
-    const double with = double(renderClassified(scenes, *classifier, looks, view)[0].rgb[pixel]);
-    view.lit = false;
-    return with / double(renderClassified(scenes, *classifier, looks, view)[0].rgb[pixel]);
-  };
-  EXPECT_NEAR(lit(1), 1.2, 1e-6) << "along the view";
-  EXPECT_NEAR(lit(0), 0.3, 1e-6) << "across the view";
+  EXPECT_NEAR(lightOn(*classifier, 1), 1.2, 1e-6);
+  EXPECT_NEAR(lightOn(*classifier, 0), 0.3, 1e-6);
+}
+
+TEST(ClassifiedRenderer, LightsTheSurfacesOfDensity) {
+  // Materials of one opacity have one extinction throughout; only their density has a slope.
+  const auto classifier = classifierFromJson(
+      {{"kind", "materials"},
+       {"fields", {"f"}},
+       {"materials",
+        {{{"mean", 0.25}, {"deviation", 0.3}, {"density", 1.0}, {"opacity", 0.02}},
+         {{"mean", 0.75}, {"deviation", 0.3}, {"density", 2.0}, {"opacity", 0.02}}}}},
+      "");
+  EXPECT_NEAR(lightOn(*classifier, 1), 1.2, 1e-6);
+  EXPECT_NEAR(lightOn(*classifier, 0), 0.3, 1e-6);
+}
+
+TEST(ClassifiedRenderer, LightsInFullWhereDensityHasNoSlope) {
+  const auto classifier = classifierFromJson(
+      {{"kind", "materials"},
+       {"fields", {"f"}},
+       {"materials",
+        {{{"mean", 0.25}, {"deviation", 0.3}, {"density", 1.7}, {"opacity", 0.01}},
+         {{"mean", 0.75}, {"deviation", 0.3}, {"density", 1.7}, {"opacity", 0.02}}}}},
+      "");
+  EXPECT_NEAR(lightOn(*classifier, 0), 1.2, 1e-6);
+}
+
+TEST(ClassifiedRenderer, ShowsTheColourOfTheGreatestValue) {
+  Scene scene = namedScene("blob", 24, {});
+  scene.values[5] = NAN;
+  const auto classifier = classifierFromJson(
+      {{"kind", "maximum"}, {"fields", {"f"}}, {"colormap", "grey"}, {"range", {0, 1}}}, "");
+  const FieldScenes scenes({scene});
+  const ClassifiedView view = frontOf(scene.domain());
+  const RgbPicture picture = renderMaximum(scenes, *classifier, view);
+  Camera back = view.camera;
+  back.position += back.forward * (back.nearDepth + back.farDepth);
+  back.forward = -back.forward;
+  const RgbPicture behind = renderMaximum(scenes, *classifier, {back, kSize});
+  float most = 0.0f;
+  for (int y = 0; y < kSize.height; ++y) {
+    for (int x = 0; x < kSize.width; ++x) {
+      const auto i = 3 * std::size_t(y * kSize.width + x);
+      const auto mirrored = 3 * std::size_t(y * kSize.width + kSize.width - 1 - x);
+      EXPECT_NEAR(picture.rgb[i], behind.rgb[mirrored], 0.02) << "a maximum knows no order";
+      most = std::max(most, picture.rgb[i]);
+    }
+  }
+  const float greatest = *std::max_element(scene.values.begin(), scene.values.end(),
+                                           [](float a, float b) { return !(a >= b); });
+  EXPECT_NEAR(most, Colormap::named("grey").at(double(greatest)).r, 0.05);
 }
 
 TEST(ClassifiedRenderer, KnowsRangesAndMediansOfItsFields) {

@@ -268,7 +268,7 @@ vec2 erfParts(float x) {
 float meanOfPrimitive(int first, vec4 a, vec4 b, float gradient) {
   vec4 row0 = parameters[first], row1 = parameters[first + 1], row23 = parameters[first + 2];
   float thickness = row1.w;
-  float inverse = thickness > 0.0 ? 1.0 / (thickness * gradient) : 1.0;
+  float inverse = thickness > 0.0 ? 1.0 / max(thickness * gradient, 1e-10) : 1.0;
   // Each end from the centre first: their sum would round away what is small against the centre.
   vec4 center = parameters[first + 3];
   vec4 c = 0.5 * ((a - center) + (b - center)) * inverse, d = 0.5 * (b - a) * inverse;
@@ -289,6 +289,8 @@ float meanOfPrimitive(int first, vec4 a, vec4 b, float gradient) {
   float closed = 0.4431134627263790 * perLength * (to.x * from.y - from.x * to.y) / (to.y * from.y);
   bool isShort = h < 0.3;
   float mean = exp(-dot(aside, aside) - (isShort ? x * x : 0.0)) * (isShort ? series : closed);
+  // In the tail the rounding of erf can leave less than nothing, by which nobody is to divide.
+  mean = clamp(mean, 0.0, 1.0);
   return thickness > 0.0 && !(gradient > 0.0) ? 0.0 : mean;
 }
 

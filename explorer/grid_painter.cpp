@@ -149,12 +149,11 @@ VolumeView GridPainter::draw(LookGrid& grid, const Look& look, const TransferFun
   }
   const LightSetup light = lightSetup(look, camera, camera, domain.diagonal());
   if (scalar && setup.mode == VolumeMode::Compositing) {
-    if (!step_) step_ = pass_.longestStep(grid, *setup.table, domain);
+    // Factors and shifts change smoothly and bend nothing.
+    const bool bends = custom_ && custom_->textures->hasValues();
+    if (!step_) step_ = pass_.longestStep(grid, *setup.table, domain, bends ? &*custom_ : nullptr);
     // Light falls on the middle of a step: a long one would miss folds of what it passes.
-    // The step is judged by the function alone: where values change with the place, it must not
-    // be long either.
-    const bool near = light.shade || (custom_ && custom_->textures->hasValues());
-    setup.step = near ? std::min(*step_, 1.0) : *step_;
+    setup.step = light.shade ? std::min(*step_, 1.0) : *step_;
     setup.tolerance = kTolerance;
     setup.opaque = kOpaque;
   }

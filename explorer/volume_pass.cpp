@@ -247,12 +247,14 @@ VolumeView VolumePass::render(const LookGrid& grid, const VolumeSetup& setup) {
   return view;
 }
 
-double VolumePass::longestStep(const LookGrid& grid, const OpticsTable& table, const Box& box) {
+double VolumePass::longestStep(const LookGrid& grid, const OpticsTable& table, const Box& box,
+                               const CustomDrawing* custom) {
   constexpr double kVisible = 1.0 / 512.0;  // root of the mean square, linear light
   VolumeSetup setup;
   setup.size = {32, 32};
   setup.camera = frameBox(box, {3.0, 5.0, -2.0}, {0.0, 0.0, 1.0}, 1.0);
   setup.table = &table;
+  setup.custom = custom;
   setup.clip = box;
   setup.step = 0.5;
   const Picture wanted = render(grid, setup).picture;

@@ -87,8 +87,10 @@ class VolumePass {
   VolumeView render(const LookGrid& grid, const VolumeSetup& setup);
   /// The longest step of 1/2, 1, 2, 3 and 4 cells through a scalar grid that changes no more of a
   /// picture than can be seen, judged by 32 x 32 rays askew through the box: hard edges of the
-  /// opacity need short steps, smooth functions do not. Depends on grid and table alone.
-  double longestStep(const LookGrid& grid, const OpticsTable& table, const Box& box);
+  /// opacity need short steps, smooth functions do not. Depends on grid, table and customisation
+  /// alone, which may be null.
+  double longestStep(const LookGrid& grid, const OpticsTable& table, const Box& box,
+                     const CustomDrawing* custom = nullptr);
   /// Finds the bricks of an optics grid that have something to show.
   void findBricks(LookGrid& grid);
   /// ... of a scalar grid under a table; of a scalar grid that shows isosurfaces.

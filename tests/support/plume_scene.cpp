@@ -5,7 +5,9 @@
 
 namespace vestige::test {
 
-std::vector<float> plumeTemperature(int n) {
+namespace {
+
+minisim::Fields<float> plumeFields(int n, unsigned which) {
   constexpr double kFreeFallTimes = 4.0;
   minisim::PlumeParameters parameters;
   parameters.size = {n, n, n};
@@ -13,8 +15,16 @@ std::vector<float> plumeTemperature(int n) {
   const long steps = long(kFreeFallTimes * n / parameters.speed);
   while (lattice.stepsDone() < steps) lattice.step();
   minisim::Fields<float> fields;
-  lattice.gather(minisim::kTemperature, fields);
-  return std::move(fields.temperature);
+  lattice.gather(which, fields);
+  return fields;
 }
+
+}  // namespace
+
+std::vector<float> plumeTemperature(int n) {
+  return plumeFields(n, minisim::kTemperature).temperature;
+}
+
+std::vector<float> plumeVorticity(int n) { return plumeFields(n, minisim::kVorticity).vorticity; }
 
 }  // namespace vestige::test

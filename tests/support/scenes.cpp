@@ -212,20 +212,22 @@ Scene namedScene(const std::string& name, int n, const fs::path& cache) {
     cached(scene, file, [n](Scene& s) { s.values = turbulent(n).values; });
     return scene;
   }
-  if (name == "plume") {
+  if (name == "plume" || name == "plume-vorticity") {
     Scene scene;
     scene.name = name;
     scene.size = {n, n, n};
     scene.spacing = glm::dvec3(1.0 / n);
     scene.origin = glm::dvec3(0.5 / n);
-    cached(scene, file, [n](Scene& s) { s.values = plumeTemperature(n); });
+    cached(scene, file,
+           [&](Scene& s) { s.values = name == "plume" ? plumeTemperature(n) : plumeVorticity(n); });
     const auto [low, high] = std::minmax_element(scene.values.begin(), scene.values.end());
     scene.low = double(*low);
     scene.high = double(*high);
     return scene;
   }
   throw Error(ErrorCode::InvalidArgument,
-              "there is no scene '" + name + "': choose smooth, turbulent, blob, plume or ct");
+              "there is no scene '" + name +
+                  "': choose smooth, turbulent, blob, plume, plume-vorticity or ct");
 }
 
 fs::path sceneCache() {

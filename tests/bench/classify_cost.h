@@ -24,7 +24,8 @@ std::vector<double> secondsToClassify(gl::Device& device, const std::vector<Clas
                                       int primitives, int frames = 5);
 
 /// The rows of Table 5: the product of separable 2-D tables, a Gaussian and a triangular one at a
-/// sample, and both integrated analytically as our shaders do.
+/// sample, and integrated analytically: by Table 4 (K diagonal, as all of these), and both by
+/// Classifier::glsl() (K full).
 std::vector<ClassifyWay> tableOfWays();
 
 }  // namespace vestige::test

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "explorer/feature_info.h"
 #include "explorer/learned_pass.h"
 #include "explorer/radiality.h"
 #include "explorer/stack_source.h"
@@ -256,8 +257,10 @@ json archiveInfo(const Archive& archive) {
   }
   info["fields"] = json::array();
   for (const std::string& field : archive.fields()) {
-    info["fields"].push_back(fieldInfo(archive.open(fieldRows.at(field)).header()));
+    const ProxyHeader header = archive.open(fieldRows.at(field)).header();
+    if (!header.features) info["fields"].push_back(fieldInfo(header));
   }
+  info["features"] = featureInfo(archive);
   for (const std::string& field : archive.fields()) {
     const ArchiveRow* row =
         archive.cycles().empty()
@@ -360,6 +363,7 @@ std::string infoText(const json& info) {
                               100.0 * entry["shareBeyond60"].get<double>(),
                               sharesText(entry["countsPerTenDegrees"]));
   }
+  text += featureText(info["features"]);
   for (const json& stack : info["stacks"]) {
     text += fmt::format("  stack of {} in view {}: {}\n", stack["field"].get<std::string>(),
                         stack["view"].get<std::string>(), stack["error"].get<std::string>());

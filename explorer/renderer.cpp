@@ -41,8 +41,12 @@ std::unique_ptr<Classifier> classifierOf(const Look& look) {
   return classifierFromJson(nlohmann::json::parse(look.classifier), "classifier");
 }
 
-bool isTransferFunction(const Classifier& classifier) {
-  return classifier.fields().size() == 1 && !classifier.needsGradient() && !classifier.maximum();
+/// Whether a look's classifier is a function of one value, which any proxy can be drawn with.
+/// Light on surfaces of a density (Drebin et al.) is more than that.
+bool isTransferFunction(const Classifier& classifier, const Look& look) {
+  const bool lit = look.shading == Shading::Phong && !classifier.densities().empty();
+  return classifier.fields().size() == 1 && !classifier.needsGradient() && !classifier.maximum() &&
+         !lit;
 }
 
 /// A classifier of one value as a transfer function: opacity and colour at equal places over the
@@ -261,7 +265,7 @@ Rendered Renderer::render(const Look& look) {
     const std::string viewName = chosen(look.view, archive.views(), archive, "view");
     ViewData& base = self.views->get(cycle, viewName, field);
     out.camera = self.cameraOf(look, base);
-    if (classifier && !isTransferFunction(*classifier)) {
+    if (classifier && !isTransferFunction(*classifier, look)) {
       self.drawClassified(look, *classifier, cycle, base, out);
     } else {
       self.answer(look, cycle, field, base, out);

@@ -276,6 +276,80 @@ TEST_F(ClassifiedLooks, OfOneValueAreTransferFunctions) {
   EXPECT_LT(psnr(off.picture, truth), 30.0);
 }
 
+TEST_F(ClassifiedLooks, ShowTheGreatestValue) {
+  const json maximum = {{"kind", "maximum"}, {"fields", {"shells"}}, {"colormap", "grey"}};
+  const Rendered made = renderer_->render(look({{"classifier", maximum}}));
+  const auto classifier = resolved(maximum);
+  const RgbPicture truth = test::renderMaximum(FieldScenes({scenes().fields[0]}), *classifier,
+                                               {.camera = made.camera, .size = kSize});
+  EXPECT_GT(psnr(made.picture, truth), 35.0);
+}
+
+TEST_F(ClassifiedLooks, ShowMaterialsLitByTheGradientOfTheirDensity) {
+  const json materials = {
+      {"kind", "materials"},
+      {"fields", {"shells"}},
+      {"materials",
+       {{{"name", "air"}, {"mean", -0.5}, {"deviation", 0.2}, {"density", 0.0}, {"opacity", 0.0}},
+        {{"name", "flesh"},
+         {"mean", 0.3},
+         {"deviation", 0.1},
+         {"density", 1.0},
+         {"opacity", 0.1},
+         {"color", "#ff8060"}},
+        {{"name", "bone"},
+         {"mean", 0.8},
+         {"deviation", 0.1},
+         {"density", 2.0},
+         {"opacity", 0.8},
+         {"color", "#ffffff"}}}}};
+  const FieldScenes shells({scenes().fields[0]});
+  const auto classifier =
+      classifierFromJson(materials, "")->resolved(shells.domains, kReferenceLength);
+  const std::vector<std::vector<ChannelOptics>> looks{classifier->optics(kReferenceLength)};
+  for (const bool lit : {false, true}) {
+    json keys = {{"classifier", materials}};
+    if (lit) {
+      keys["shading"] = "phong";
+      keys["lights"] = {{{"azimuth", 0}, {"elevation", 0}}};
+      keys["material"] = {{"specular", 0.2}};
+    }
+    const Rendered made = renderer_->render(look(keys));
+    const RgbPicture truth = renderClassified(
+        shells, *classifier, looks, {.camera = made.camera, .size = kSize, .lit = lit})[0];
+    EXPECT_GT(psnr(made.picture, truth), lit ? 28.0 : 40.0) << lit;
+  }
+}
+
+TEST_F(ClassifiedLooks, ShowBoundariesAndColourVolumesAsTheReferenceDoes) {
+  const json boundaries = {
+      {"kind", "boundaries"},
+      {"fields", {"shells"}},
+      {"boundaries",
+       {{{"name", "skin"},
+         {"value", 0.2},
+         {"thickness", 0.1},
+         {"opacity", 0.1},
+         {"color", "#ffa080"}},
+        {{"name", "core"}, {"value", 0.7}, {"thickness", 0.1}, {"opacity", 0.8}}}}};
+  const json colors = {{"kind", "color"},
+                       {"fields", {"shells", "slope", "shells"}},
+                       {"range", {-1, 2}},
+                       {"opacity", 0.2}};
+  for (const json& source : {boundaries, colors}) {
+    const Rendered made = renderer_->render(look({{"classifier", source}}));
+    std::vector<Scene> fields;
+    for (const std::string name : source["fields"])
+      fields.push_back(scenes().fields[name == "slope"]);
+    const FieldScenes own(fields);
+    const auto classifier = classifierFromJson(source, "")->resolved(own.domains, kReferenceLength);
+    const std::vector<std::vector<ChannelOptics>> looks{classifier->optics(kReferenceLength)};
+    const RgbPicture truth =
+        renderClassified(own, *classifier, looks, {.camera = made.camera, .size = kSize})[0];
+    EXPECT_GT(psnr(made.picture, truth), 35.0) << source["kind"];
+  }
+}
+
 TEST_F(ClassifiedLooks, NameWhatIsWrong) {
   EXPECT_NE(failureOf({{"field", "features"}, {"features", {{{"name", "no"}, {"opacity", 1}}}}})
                 .find("'no'"),

@@ -49,9 +49,9 @@ bool isTransferFunction(const Classifier& classifier, const Look& look) {
          !lit;
 }
 
-/// A classifier of one value as a transfer function: opacity and colour at equal places over the
-/// field's range, linear between them.
-TransferFunction functionOf(const Classifier& classifier, const FieldDomain& domain,
+/// A classifier of one value as a transfer function: opacity and colour at equal places over
+/// [low, high], linear between them.
+TransferFunction functionOf(const Classifier& classifier, double low, double high,
                             double referenceLength) {
   constexpr int kPlaces = 4096;
   const std::vector<ChannelOptics> optics = classifier.optics(referenceLength);
@@ -60,7 +60,7 @@ TransferFunction functionOf(const Classifier& classifier, const FieldDomain& dom
   std::vector<glm::dvec3> colors;
   for (int i = 0; i <= kPlaces; ++i) {
     FieldSample sample;
-    sample.values[0] = domain.low + domain.range() * i / kPlaces;
+    sample.values[0] = low + (high - low) * i / kPlaces;
     classifier.weights(sample, sample, weights);
     ChannelOptics sum;
     for (std::size_t k = 0; k < optics.size(); ++k) {
@@ -75,7 +75,7 @@ TransferFunction functionOf(const Classifier& classifier, const FieldDomain& dom
     colors.push_back(glm::clamp(srgbFromLinear(color), 0.0, 1.0));
   }
   return {std::move(points), referenceLength, Colormap::fromSrgb("classifier", std::move(colors)),
-          domain.low, domain.high};
+          low, high};
 }
 
 TransferFunction functionOf(const Look& look, const ProxyHeader& header,
@@ -95,7 +95,10 @@ TransferFunction functionOf(const Look& look, const ProxyHeader& header,
         partition ? *partition : IntervalPartition::uniform(low, high, 1), header.statistics);
     const auto resolved = classifier->resolved({&domain, 1}, function.referenceLength());
     resolved->edit(look.features);
-    return functionOf(*resolved, domain, function.referenceLength());
+    // Values may lie beyond the partition.
+    const double least = std::min(domain.low, header.statistics.low);
+    const double most = std::max(domain.high, header.statistics.high);
+    return functionOf(*resolved, least, most, function.referenceLength());
   }
   if (look.opacity) function.setOpacity(*look.opacity);
   if (!look.colormap.empty()) function.setColormap(Colormap::named(look.colormap));

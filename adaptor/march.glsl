@@ -44,6 +44,10 @@ uniform float backgroundHigh;
 #endif
 uniform vec2 edges[INTERVALS + 4];  // value, and the base function's integral up to it
 
+#ifndef VALUE
+#define VALUE(f, z) (f)
+#endif
+
 #ifdef SLAB
 const int kNoRank = 128;  // more than there are; slab_march.cpp
 #endif
@@ -168,7 +172,12 @@ void main() {
   float index = floor(zIn / stepDepth);
   float f0 = SAMPLE(index * stepDepth);
   float fIn = SAMPLE((index + 1.0) * stepDepth);
-  fIn = isGap(max(f0, fIn)) ? kGap : mix(f0, fIn, clamp(zIn / stepDepth - index, 0.0, 1.0));
+  float shareIn = clamp(zIn / stepDepth - index, 0.0, 1.0);
+  // Along a step what values become is as straight as they are, wherever it is cut.
+  float valueIn = isGap(max(f0, fIn)) ? kGap
+                                      : mix(VALUE(f0, index * stepDepth),
+                                            VALUE(fIn, (index + 1.0) * stepDepth), shareIn);
+  fIn = isGap(max(f0, fIn)) ? kGap : mix(f0, fIn, shareIn);
 
 #ifdef RUNS
   // The run that the ray is in: its channel, that channel's edges, where it began.
@@ -183,13 +192,13 @@ void main() {
 #endif
 #ifdef BASE
   // Optical depth is counted from the entry.
-  Base base0 = baseAt(f0);
-  float tau0 = (index * stepDepth - zIn) * lengthPerDepth *
-               meanExtinction(f0, fIn, base0, baseAt(fIn));
+  Base base0 = baseAt(VALUE(f0, index * stepDepth));
+  float tau0 = (index * stepDepth - zIn) * lengthPerDepth * FACTOR((index + 0.5) * stepDepth)
+               meanExtinction(f0, fIn, base0, baseAt(valueIn));
   float runTransmittance = 1.0;
 #endif
 #ifdef MIP
-  float largest = isGap(fIn) ? -kInfinity : fIn;
+  float largest = isGap(fIn) ? -kInfinity : valueIn;
 #endif
 #ifdef REFERENCE
   vec3 light = vec3(0.0);
@@ -247,7 +256,7 @@ void main() {
         f0 = SAMPLE(index * stepDepth);
         layerFrom = f0;
 #ifdef BASE
-        base0 = baseAt(f0);
+        base0 = baseAt(VALUE(f0, index * stepDepth));
 #endif
       }
     }
@@ -266,14 +275,17 @@ void main() {
     Base BASE0 = base0;
     float TAU0 = tau0;
 #define BASE_STEP(i, j)                                                                       \
-  Base BASE##j = baseAt(F##j);                                                                \
-  float TAU##j = TAU##i + stepLength * meanExtinction(F##i, F##j, BASE##i, BASE##j);
+  Base BASE##j = baseAt(VALUE(F##j, (index + float(j)) * stepDepth));                         \
+  float TAU##j = TAU##i + stepLength * FACTOR((index + float(i) + 0.5) * stepDepth)           \
+                          meanExtinction(F##i, F##j, BASE##i, BASE##j);
 #else
 #define BASE_STEP(i, j)
 #endif
 #ifdef MIP
 #define MIP_STEP(j)                                                              \
-  largest = max(largest, (index + float(j)) * stepDepth <= zOut && !isGap(F##j) ? F##j : -kInfinity);
+  largest = max(largest, (index + float(j)) * stepDepth <= zOut && !isGap(F##j)  \
+                             ? VALUE(F##j, (index + float(j)) * stepDepth)       \
+                             : -kInfinity);
 #else
 #define MIP_STEP(j)
 #endif
@@ -285,6 +297,7 @@ void main() {
   bool divides##i = counts##i && segmentParts(BASE##i, BASE##j, TAU##i, TAU##j) > 1.0;          \
   float alpha##i =                                                                              \
       counts##i && !divides##i ? exp(-max(TAU##i, 0.0)) - exp(-max(TAU##j, 0.0)) : 0.0;         \
+  SHIFT((index + float(i) + 0.5) * stepDepth)                                                   \
   light += headlit(alpha##i * meanColor(BASE##i, BASE##j), alpha##i,                            \
                    (index + float(i) + 0.5) * stepDepth, origin, direction);
 #else
@@ -354,6 +367,12 @@ void main() {
         // Optical depth within the step follows the integral over the values that were passed.
         float share = clamp((edge.y - sa) / (sb - sa), 0.0, 1.0);
         share = sa == sb ? t : share;
+#ifdef CUSTOM_VALUES
+        // Edges are of values as they are, integrals of what they become.
+        float becomes = mix(VALUE(fa, (index + float(where)) * stepDepth),
+                            VALUE(fb, (index + float(where) + 1.0) * stepDepth), t);
+        share = sa == sb ? t : clamp((baseAt(becomes).integral - sa) / (sb - sa), 0.0, 1.0);
+#endif
 #ifdef GAPS
         share = intoGap || outOfGap ? t : share;
 #endif
@@ -395,6 +414,9 @@ void main() {
   if (i >= next && divides##i) where = i, fa = F##i, fb = F##j, ta = TAU##i, tb = TAU##j;
       EACH_STEP_BACK(FIND_DIVIDED)
       divides = where < STRETCH;
+      fa = VALUE(fa, (index + float(where)) * stepDepth);
+      fb = VALUE(fb, (index + float(where) + 1.0) * stepDepth);
+      SHIFT((index + float(where) + 0.5) * stepDepth)
       vec3 parts = headlit(segmentLight(fa, fb, ta, tb, tb), exp(-max(ta, 0.0)) - exp(-max(tb, 0.0)),
                            (index + float(where) + 0.5) * stepDepth, origin, direction);
       light += divides ? parts : vec3(0.0);
@@ -416,8 +438,9 @@ void main() {
   float fEnd = SAMPLE((lastIndex + 1.0) * stepDepth);
   while ((lastIndex + 1.0) * stepDepth < zOut) {
 #ifdef BASE
-    Base baseEnd = baseAt(fEnd);
-    lastTau += stepLength * meanExtinction(lastF, fEnd, lastBase, baseEnd);
+    Base baseEnd = baseAt(VALUE(fEnd, (lastIndex + 1.0) * stepDepth));
+    lastTau += stepLength * FACTOR((lastIndex + 0.5) * stepDepth)
+               meanExtinction(lastF, fEnd, lastBase, baseEnd);
     lastBase = baseEnd;
 #endif
     lastF = fEnd;
@@ -427,9 +450,13 @@ void main() {
   float fOut = isGap(max(lastF, fEnd))
                    ? kGap
                    : mix(lastF, fEnd, clamp(zOut / stepDepth - lastIndex, 0.0, 1.0));
+  float valueOut = isGap(fOut) ? kGap
+                               : mix(VALUE(lastF, lastIndex * stepDepth),
+                                     VALUE(fEnd, (lastIndex + 1.0) * stepDepth),
+                                     clamp(zOut / stepDepth - lastIndex, 0.0, 1.0));
 #endif
 #ifdef MIP
-  largest = max(largest, isGap(fOut) ? -kInfinity : fOut);
+  largest = max(largest, isGap(fOut) ? -kInfinity : valueOut);
 #ifdef SKIP
   // Where what was passed over may hold more: the least values of the bricks on the way bound the
   // result from below, and only bricks that reach above the bound are sampled.
@@ -458,12 +485,17 @@ void main() {
 #endif
 #ifdef BASE
   float tauOut = max(lastTau + (zOut - lastIndex * stepDepth) * lengthPerDepth *
-                                   meanExtinction(lastF, fOut, lastBase, baseAt(fOut)),
+                                   FACTOR((lastIndex + 0.5) * stepDepth)
+                                   meanExtinction(lastF, fOut, lastBase, baseAt(valueOut)),
                      0.0);
 #ifdef REFERENCE
-  Base baseEnd = baseAt(fEnd);
-  float tauEnd = lastTau + stepLength * meanExtinction(lastF, fEnd, lastBase, baseEnd);
-  light += headlit(segmentLight(lastF, fEnd, lastTau, tauEnd, tauOut),
+  float endZ = (lastIndex + 1.0) * stepDepth;
+  Base baseEnd = baseAt(VALUE(fEnd, endZ));
+  float tauEnd = lastTau + stepLength * FACTOR((lastIndex + 0.5) * stepDepth)
+                           meanExtinction(lastF, fEnd, lastBase, baseEnd);
+  SHIFT((lastIndex + 0.5) * stepDepth)
+  light += headlit(segmentLight(VALUE(lastF, lastIndex * stepDepth), VALUE(fEnd, endZ), lastTau,
+                                tauEnd, tauOut),
                    exp(-max(lastTau, 0.0)) - exp(-tauOut), (lastIndex + 0.5) * stepDepth, origin,
                    direction);
 #endif

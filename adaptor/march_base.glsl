@@ -12,6 +12,32 @@ uniform samplerBuffer baseColor;  // two texels a cell, at its start: ∫ extinc
 uniform float baseColorRate;      // colour; the greatest change of colour in a cell
 #endif
 
+#ifdef CUSTOM
+// Position-dependent classification (method §5): what a sample's value and a step's optics become at
+// their place. Values are those of the partition's range.
+uniform sampler3D customOptics;  // factor of extinction, shift of colour
+uniform vec3 customFromLocal, customOrigin;
+vec3 customShift = vec3(0.0);  // of the step whose colour is asked for
+
+vec3 customPlace(vec3 local) { return local * customFromLocal + customOrigin; }
+#ifdef CUSTOM_VALUES
+uniform sampler3D customValues;  // gamma
+float customValue(float f, vec3 local) {
+  float gamma = texture(customValues, customPlace(local)).r;
+  return gamma != 1.0 && f > 0.0 && f < 1.0 ? pow(f, gamma) : f;
+}
+#define VALUE(f, z) customValue(f, origin + (z) * direction)
+#else
+#define VALUE(f, z) (f)
+#endif
+#define FACTOR(z) texture(customOptics, customPlace(origin + (z) * direction)).r *
+#define SHIFT(z) customShift = texture(customOptics, customPlace(origin + (z) * direction)).gba;
+#else
+#define VALUE(f, z) (f)
+#define FACTOR(z)
+#define SHIFT(z)
+#endif
+
 struct Base {
   float integral;     // S
   float extinction;
@@ -75,7 +101,12 @@ float meanExtinction(float f0, float f1, Base b0, Base b1) {
 vec3 meanColor(Base b0, Base b1) {
   float weight = integralBetween(b0, b1);
   bool known = abs(b1.x - b0.x) > 2.0 && abs(weight) > 1e-5;
-  return known ? clamp((b1.emission - b0.emission) / weight, 0.0, 1.0) : 0.5 * (b0.color + b1.color);
+  vec3 color =
+      known ? clamp((b1.emission - b0.emission) / weight, 0.0, 1.0) : 0.5 * (b0.color + b1.color);
+#ifdef CUSTOM
+  color = clamp(color + customShift, 0.0, 1.0);
+#endif
+  return color;
 }
 
 // The light ∫ c σ T of a segment whose optical depth goes from tau0 to tau1, as far as that is in

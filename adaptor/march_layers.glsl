@@ -143,9 +143,14 @@ void main() {
   if (zIn < zOut) {
     float f0 = SAMPLE(index * stepDepth), f1 = SAMPLE((index + 1.0) * stepDepth);
     float fIn = isGap(max(f0, f1)) ? kGap : mix(f0, f1, clamp(zIn / stepDepth - index, 0.0, 1.0));
-    Base base0 = baseAt(f0);
-    tau0 = (index * stepDepth - zIn) * lengthPerDepth *
-           meanExtinction(f0, fIn, base0, baseAt(fIn));
+    // Along a step what values become is as straight as they are, wherever it is cut.
+    float valueIn = isGap(fIn) ? kGap
+                               : mix(VALUE(f0, index * stepDepth),
+                                     VALUE(f1, (index + 1.0) * stepDepth),
+                                     clamp(zIn / stepDepth - index, 0.0, 1.0));
+    Base base0 = baseAt(VALUE(f0, index * stepDepth));
+    tau0 = (index * stepDepth - zIn) * lengthPerDepth * FACTOR((index + 0.5) * stepDepth)
+           meanExtinction(f0, fIn, base0, baseAt(valueIn));
     bool seen;
     do {
 #ifdef SKIP
@@ -163,19 +168,23 @@ void main() {
       if (to > index) {
         index = to;
         f0 = SAMPLE(index * stepDepth);
-        base0 = baseAt(f0);
+        base0 = baseAt(VALUE(f0, index * stepDepth));
       }
 #endif
       float z0 = index * stepDepth, z1 = z0 + stepDepth;
       f1 = SAMPLE((index + 1.0) * stepDepth);
-      Base base1 = baseAt(f1);
-      float tau1 = tau0 + stepLength * meanExtinction(f0, f1, base0, base1);
+      Base base1 = baseAt(VALUE(f1, z1));
+      float zMiddle = 0.5 * (z0 + z1);
+      float tau1 = tau0 + stepLength * FACTOR(zMiddle) meanExtinction(f0, f1, base0, base1);
       float tauEnd = kInfinity;
       if (z1 >= zOut) {
         float fOut =
             isGap(max(f0, f1)) ? kGap : mix(f0, f1, clamp(zOut / stepDepth - index, 0.0, 1.0));
-        tauEnd = max(tau0 + (zOut - z0) * lengthPerDepth *
-                                meanExtinction(f0, fOut, base0, baseAt(fOut)),
+        float valueOut = isGap(fOut) ? kGap
+                                     : mix(VALUE(f0, z0), VALUE(f1, z1),
+                                           clamp(zOut / stepDepth - index, 0.0, 1.0));
+        tauEnd = max(tau0 + (zOut - z0) * lengthPerDepth * FACTOR(zMiddle)
+                                meanExtinction(f0, fOut, base0, baseAt(valueOut)),
                      0.0);
       }
 #ifdef SLICES
@@ -187,12 +196,14 @@ void main() {
         float weight = integralBetween(base0, base1), ta = tau0, za = z0;
         vec2 shade = shading(0.5 * (z0 + z1));
         Base a = base0;
+        SHIFT(zMiddle)
+        float value0 = VALUE(f0, z0), value1 = VALUE(f1, z1);
         do {
           i += 1.0;
           float share = min(i / parts, 1.0), zb = mix(z0, z1, share), tb = tau1;
           Base b = base1;
           if (share < 1.0) {
-            b = baseAt(mix(f0, f1, share));
+            b = baseAt(mix(value0, value1, share));
             tb = tau0 + (tau1 - tau0) *
                             (abs(weight) > 0.0 ? integralBetween(base0, b) / weight : share);
           }

@@ -21,6 +21,40 @@ bool worthSkipping(const std::vector<glm::vec4>& bricks) {
   return std::size_t(skippable) * 50 > bricks.size();
 }
 
+constexpr int kCustomUnit = kNodesUnit + 4;  // after the light's; and the next
+
+gl::Texture customTexture(int unit, glm::ivec3 size, const std::vector<glm::vec4>& texels) {
+  const gl::Functions& f = gl::functions();
+  gl::Texture texture(GL_TEXTURE_3D);
+  texture.bind(unit);
+  for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+    f.TexParameteri(GL_TEXTURE_3D, filter, GL_LINEAR);
+  for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
+    f.TexParameteri(GL_TEXTURE_3D, wrap, GL_CLAMP_TO_EDGE);
+  f.TexStorage3D(GL_TEXTURE_3D, 1, GL_RGBA16F, size.x, size.y, size.z);
+  f.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  f.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, size.x, size.y, size.z, GL_RGBA, GL_FLOAT,
+                  texels.data());
+  gl::checkErrors("uploading a customisation");
+  return texture;
+}
+
+void setCustom(const gl::Program& program, const MarchFrame& frame, const CustomVolume& custom) {
+  glm::vec3 fromLocal, origin;
+  for (int axis = 0; axis < 3; ++axis) {
+    // The first and the last texel have their middles on the faces of the domain.
+    const double size = custom.box.size()[axis], count = custom.nodes[axis];
+    const double fromWorld = size > 0.0 ? (count - 1.0) / count / size : 0.0;
+    fromLocal[axis] = float(fromWorld * frame.scale);
+    origin[axis] = float(0.5 / count + fromWorld * (frame.centre[axis] - custom.box.low[axis]));
+  }
+  const gl::Functions& f = gl::functions();
+  f.Uniform3fv(program.uniform("customFromLocal"), 1, glm::value_ptr(fromLocal));
+  f.Uniform3fv(program.uniform("customOrigin"), 1, glm::value_ptr(origin));
+  f.Uniform1i(program.uniform("customOptics"), kCustomUnit);
+  f.Uniform1i(program.uniform("customValues"), kCustomUnit + 1);
+}
+
 }  // namespace
 
 void checkRequest(const MarchRequest& request) {
@@ -45,11 +79,15 @@ MarchSetup::MarchSetup(const MarchRequest& request, const BlockVolume& volume, b
            MarchAxis(volume.grid().nodes[2], frame.centre.z, frame.scale, request.domain.low.z)} {
   if (needsBase) {
     base.emplace(request.base, request.partition, frame.scale);
+    custom = request.custom;
+    customValues = custom && std::any_of(custom->values.begin(), custom->values.end(),
+                                         [](const glm::vec4& values) { return values.x != 1.0f; });
   }
   const BaseTable* table = base ? &*base : nullptr;
   edges = channelEdges(request.partition, table);
   bricks = volume.bricks().texels(edges, table);
-  if (!request.passOver) {
+  // Bricks know the base function of values as they are.
+  if (!request.passOver || customValues) {
     for (glm::vec4& brick : bricks) brick.x = -1.0f;
   }
   skips = worthSkipping(bricks);
@@ -65,6 +103,11 @@ MarchTables::MarchTables(const MarchSetup& setup, const BlockVolume& volume) {
     base_.emplace_back(kBaseColorUnit, setup.base->colors);
   }
   if (setup.skips) bricks_.emplace(volume.bricks(), setup.bricks);
+  if (setup.custom) {
+    custom_.push_back(customTexture(kCustomUnit, setup.custom->nodes, setup.custom->optics));
+    if (setup.customValues)
+      custom_.push_back(customTexture(kCustomUnit + 1, setup.custom->nodes, setup.custom->values));
+  }
   volume.bind();
 }
 
@@ -74,6 +117,8 @@ void addFieldDefines(MarchDefines& defines, const MarchSetup& setup, const Block
     if (on) defines.push_back({name, ""});
   };
   flag("PIECES", setup.base && setup.base->pieces);
+  flag("CUSTOM", setup.custom != nullptr);
+  flag("CUSTOM_VALUES", setup.customValues);
   flag("GAPS", volume.hasGaps());
   if (setup.skips && skip) defines.push_back({"SKIP", std::to_string(BrickGrid::kCells)});
   flag("AXIS_X", !setup.axes[0].even);
@@ -83,7 +128,7 @@ void addFieldDefines(MarchDefines& defines, const MarchSetup& setup, const Block
 
 void setMarchUniforms(const gl::Program& program, const MarchRequest& request,
                       const MarchSetup& setup, const BlockVolume& volume) {
-  const auto& [frame, axes, base, edges, bricks, skips] = setup;
+  const auto& [frame, axes, base, edges, bricks, skips, custom, customValues] = setup;
   const gl::Functions& f = gl::functions();
   program.use();
   const auto at = [&](const char* name) { return program.uniform(name); };
@@ -147,6 +192,7 @@ void setMarchUniforms(const gl::Program& program, const MarchRequest& request,
     f.Uniform2f(at("baseCells"), base->cellsPerValue, base->cellOfZero);
     f.Uniform1f(at("baseLast"), base->lastCell);
     f.Uniform1f(at("baseColorRate"), base->colorRate);
+    if (custom) setCustom(program, frame, *custom);
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -29,6 +30,8 @@ struct MarchSetup {
   std::vector<glm::vec2> edges;
   std::vector<glm::vec4> bricks;
   bool skips;
+  std::shared_ptr<const CustomVolume> custom;  ///< with the base function only
+  bool customValues = false;                   ///< some gamma is not 1
 
   MarchSetup(const MarchRequest& request, const BlockVolume& volume, bool needsBase);
 };
@@ -42,6 +45,7 @@ class MarchTables {
   std::vector<gl::Texture> nodes_;
   std::vector<BufferTable> base_;
   std::optional<BrickTexture> bricks_;
+  std::vector<gl::Texture> custom_;
 };
 
 /// PIECES, GAPS, SKIP and AXIS_* as march_field.glsl and march_base.glsl want them.

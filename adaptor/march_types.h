@@ -3,10 +3,12 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "proxy/camera.h"
+#include "proxy/customization.h"
 #include "proxy/interval_partition.h"
 #include "proxy/transfer_function.h"
 
@@ -45,6 +47,9 @@ struct MarchRequest {
   /// Pass over bricks and tiles in which nothing happens. The result is the same; MIP to 2e-7 of
   /// the partition's range.
   bool passOver = true;
+  /// Position-dependent classification of what the base function makes, and of MIP: gamma at each
+  /// sample, factor and shift at the middle of each step. Functions to blend to have no part.
+  std::shared_ptr<const CustomVolume> custom{};
 };
 
 /// What the rays of a view gathered in a block, or in several after compositing. Planes are

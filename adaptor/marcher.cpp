@@ -92,7 +92,7 @@ gl::Program& Marcher::Impl::program(const MarchRequest& request, const MarchSetu
   flag("MIP", request.mip);
   flag("REFERENCE", request.reference);
   flag("PHONG", request.reference && request.phong);
-  flag("BASE", setup.base.has_value());
+  flag("BASE", request.attenuation || request.reference);
   flag("CONVERGING", request.camera.projection == Projection::MultiPerspective);
   flag("QUIET", quiet);
   addFieldDefines(defines, setup, volume, !quiet);
@@ -151,7 +151,10 @@ RayImage Marcher::Impl::march(const MarchRequest& request) {
   if (grid.empty()) return image;
   const Stopwatch preparing;
   const gl::Functions& f = gl::functions();
-  const MarchSetup setup(request, volume, request.attenuation || request.reference);
+  // Gamma of a maximum is read where the base function is.
+  const MarchSetup setup(
+      request, volume,
+      request.attenuation || request.reference || (request.mip && request.custom != nullptr));
   const TilePlan plan(volume.bricks(), setup.bricks, grid, setup.frame, request);
 
   const MarchTables tables(setup, volume);

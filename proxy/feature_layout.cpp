@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kFractionStep = 0x1p-12;
 constexpr double kDepthLevels = 2046.0;  ///< of mean depth over the domain
-constexpr double kRelativeError = 0x1p-9, kLeastError = 0x1p-25;
+constexpr double kRelativeError = 0x1p-9;
 /// Deflate's level: see docs/archive-format.md, "Compression".
 constexpr int kZipLevel = 7;
 
@@ -85,12 +85,25 @@ double diagonalOf(const Box& domain) {
   return diagonal > 0.0 && std::isfinite(diagonal) ? diagonal : 1.0;
 }
 
+/// A number in [0, 1] to a relative 2^-9, and 2^-25, as a half holds it.
+float inNineBits(double value) {
+  if (!(value > 0.0)) return 0.0f;
+  if (value >= 1.0) return 1.0f;
+  // A half has fixed steps down there.
+  if (value < 0x1p-14) return float(std::nearbyint(value * 0x1p24) * 0x1p-24);
+  // Nine of a float's significant bits, ties to even.
+  auto bits = std::bit_cast<std::uint32_t>(float(value));
+  bits += 0x3fffu + ((bits >> 15) & 1u);
+  return std::bit_cast<float>(bits & 0xffff8000u);
+}
+
 /// Slab by slab what a stack holds as shares of the rays' stretches.
 ProxyPart slabPart(const FeatureStack& stack, const SlabChords& chords,
                    const std::vector<std::string>& channels, int slab) {
   const std::size_t pixels = stack.header.size.pixels();
   const std::vector<float>& integrals = stack.slabs[std::size_t(slab)];
-  ProxyPart part = emptyPart("", 1.0, 0.0, kRelativeError, channels, pixels);
+  ProxyPart part =
+      emptyPart("", kFractionStep / kHalfQuantum, 0.0, kFractionStep, channels, pixels);
   part.name = slabName(slab);
   const double least = chords.least();
   fill(part, [&](std::size_t c, std::size_t i) {
@@ -148,7 +161,7 @@ ProxyImage featureProxy(ProxyHeader header, std::span<const float> attenuation,
       emptyPart("integral", diagonal, 0.0, diagonal * kRelativeError, names, pixels);
   const StorageScale scale{diagonal, 0.0};
   fill(integralPart, [&](std::size_t c, std::size_t i) {
-    return scale.memory(storedShare(double(integral[c * pixels + i]) / diagonal));
+    return scale.memory(inNineBits(double(integral[c * pixels + i]) / diagonal));
   });
 
   const DepthRange range = depthRange(header.camera, header.domain);
@@ -186,14 +199,8 @@ FeatureImage featureImage(const ProxyImage& proxy) {
 }
 
 float storedShare(double share) {
-  if (!(share > 0.0)) return 0.0f;
-  if (share >= 1.0) return 1.0f;
-  // A half has fixed steps down there.
-  if (share < 0x1p-14) return float(std::nearbyint(share * 0x1p24) * 0x1p-24);
-  // Nine of a float's significant bits, ties to even.
-  auto bits = std::bit_cast<std::uint32_t>(float(share));
-  bits += 0x3fffu + ((bits >> 15) & 1u);
-  return std::bit_cast<float>(bits & 0xffff8000u);
+  static const Quantiser quantise(kFractionStep);
+  return share > 0.0 ? quantise(std::min(share, 1.0)) : 0.0f;
 }
 
 void roundToStored(FeatureStack& stack) {

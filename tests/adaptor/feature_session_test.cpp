@@ -138,7 +138,7 @@ TEST(FeatureSession, StacksHoldWhatTheFlatProxyHolds) {
     for (std::size_t at = 0; at < image.integral.size(); ++at) {
       double sum = 0.0;
       for (const auto& slab : stack.slabs) sum += slab[at];
-      ASSERT_NEAR(sum, image.integral[at], 5e-3 * sum + 1e-5) << view;
+      ASSERT_NEAR(sum, image.integral[at], 5e-3 * sum + 5e-4) << view;
     }
   }
 }
@@ -169,7 +169,7 @@ TEST(FeatureSession, TheSplitOfTheDomainDoesNotMatter) {
   const FeatureStack d = readFeatureStack(open(halves, "stack-front", kind::kSlicedFeatures));
   for (std::size_t s = 0; s < c.slabs.size(); ++s)
     for (std::size_t at = 0; at < c.slabs[s].size(); ++at)
-      ASSERT_NEAR(c.slabs[s][at], d.slabs[s][at], 5e-3 * c.slabs[s][at] + 1e-5);
+      ASSERT_NEAR(c.slabs[s][at], d.slabs[s][at], 2e-4) << "a step of storage";
 }
 
 TEST(FeatureSession, PrimitivesAreFittedToARegionOnceForAll) {

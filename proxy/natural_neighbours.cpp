@@ -11,6 +11,8 @@
 #include <limits>
 #include <thread>
 
+#include "proxy/cell_counts.h"
+#include "proxy/clones.h"
 #include "proxy/error.h"
 
 namespace vestige {
@@ -26,6 +28,10 @@ void forEach(int count, int threads, const std::function<void(int)>& work) {
   std::vector<std::jthread> others;
   for (int i = 1; i < std::min(most, count); ++i) others.emplace_back(run);
   run();
+}
+
+std::size_t indexIn(glm::ivec3 nodes, glm::ivec3 p) {
+  return std::size_t((p.z * nodes.y + p.y) * nodes.x + p.x);
 }
 
 void requireGrid(glm::ivec3 nodes, std::span<const GridSeed> seeds) {
@@ -48,13 +54,9 @@ void requireGrid(glm::ivec3 nodes, std::span<const GridSeed> seeds) {
   }
 }
 
-int measured(SeedMetric metric, int d) {
-  return metric == SeedMetric::Euclidean ? d * d : std::abs(d);
-}
-
 /// The nearest seed of every node of a row along x.
-void nearestInRow(std::span<const GridSeed> seeds, SeedMetric metric, int y, int z,
-                  std::span<int> distance, std::span<int> nearest) {
+VESTIGE_CLONES void nearestInRow(std::span<const GridSeed> seeds, SeedMetric metric, int y, int z,
+                                 std::span<int> distance, std::span<int> nearest) {
   std::fill(distance.begin(), distance.end(), std::numeric_limits<int>::max());
   const int count = int(distance.size());
   for (int s = 0; s < int(seeds.size()); ++s) {
@@ -69,97 +71,63 @@ void nearestInRow(std::span<const GridSeed> seeds, SeedMetric metric, int y, int
   }
 }
 
-/// floor(sqrt(i)) for every squared distance in a grid.
-std::vector<std::int16_t> rootTable(glm::ivec3 nodes) {
-  const glm::ivec3 last = nodes - 1;
-  std::vector<std::int16_t> roots(
-      std::size_t(last.x * last.x + last.y * last.y + last.z * last.z + 1));
-  for (int root = 0, i = 0; i < int(roots.size()); ++i) {
-    if ((root + 1) * (root + 1) <= i) ++root;
-    roots[std::size_t(i)] = std::int16_t(root);
-  }
-  return roots;
+VESTIGE_CLONES void addCounts(int* counts, const int* more, int count) {
+  for (int i = 0; i < count; ++i) counts[i] += more[i];
 }
 
-/// The counts of one row of values in one slice of constant z.
-class SliceCounter {
- public:
-  SliceCounter(glm::ivec3 nodes, SeedMetric metric, const std::vector<std::int16_t>& roots)
-      : nodes_(nodes),
-        metric_(metric),
-        roots_(roots),
-        stride_(nodes.x + 1),
-        changes_(std::size_t(stride_ * nodes.y)) {}
+/// Products are exact, so that fusing them with the sum changes nothing.
+VESTIGE_CLONES void addProducts(double* sums, const int* counts, double value, int count) {
+  for (int i = 0; i < count; ++i) sums[i] += double(counts[i]) * value;
+}
 
-  /// Notes, for every node of a run, the ends of the rows in which its ball cuts slice z.
-  void note(const CellRun& run, glm::ivec3 seed, int z) {
-    const int across = measured(metric_, run.y - seed.y) + measured(metric_, run.z - seed.z) -
-                       measured(metric_, run.z - z);
-    for (int x = run.first; x < run.end; ++x) {
-      const int rest = across + measured(metric_, x - seed.x);
-      if (rest < 0) continue;
-      if (metric_ == SeedMetric::Euclidean) {
-        const std::int16_t* roots = &roots_[std::size_t(rest)];
-        noteBall(x, run.y, *roots, [roots](int dy) { return int(roots[-dy * dy]); });
-      } else {
-        noteBall(x, run.y, rest, [rest](int dy) { return rest - dy; });
-      }
+/// Counts of nodes and sums of values over them in one slice.
+class SliceSums {
+ public:
+  /// Only channels that vary are summed: the mean of equal numbers is exactly that number, because
+  /// counts times floats, and sums of them, fit a double.
+  SliceSums(const CellCounts& cells, std::span<const NodeValues> rows)
+      : nodes_(cells.nodes()), rows_(rows) {
+    const NodeValues& first = rows[std::size_t(cells.cells().front().seed.row)];
+    for (std::size_t c = 0; c < first.size(); ++c) constant_[c] = first[c] + 0.0f;  // no -0
+    for (std::size_t c = 0; c < first.size(); ++c) {
+      const bool varies = std::any_of(cells.cells().begin(), cells.cells().end(),
+                                      [&](const CellCounts::Cell& cell) {
+                                        return rows[std::size_t(cell.seed.row)][c] != first[c];
+                                      });
+      if (varies) channels_.push_back(c);
+    }
+    const std::size_t plane = std::size_t(nodes_.x) * std::size_t(nodes_.y);
+    counts_.resize(plane);
+    sums_.assign(channels_.size(), std::vector<double>(plane));
+  }
+
+  void add(SliceCounter& counter, int valueRow) {
+    const NodeValues& values = rows_[std::size_t(valueRow)];
+    for (int y = counter.lowest(); y <= counter.highest(); ++y) {
+      const int* more = counter.row(y);
+      const std::size_t at = std::size_t(y) * std::size_t(nodes_.x);
+      addCounts(&counts_[at], more, nodes_.x);
+      for (std::size_t i = 0; i < channels_.size(); ++i)
+        addProducts(&sums_[i][at], more, double(values[channels_[i]]), nodes_.x);
     }
   }
 
-  /// Turns what was noted into counts, passes those that are not 0 to take(node in slice, count)
-  /// and forgets everything.
-  template <typename Take>
-  void takeCounts(const Take& take) {
-    for (int y = lowest_; y <= highest_; ++y) {
-      int* row = &changes_[std::size_t(y * stride_)];
-      int count = 0;
-      for (int x = 0; x < nodes_.x; ++x) {
-        count += row[x];
-        if (count != 0) take(y * nodes_.x + x, count);
-      }
-      std::fill(row, row + stride_, 0);
+  void writeMeans(NodeValues* to) const {
+    for (std::size_t node = 0; node < counts_.size(); ++node) {
+      to[node] = constant_;
+      for (std::size_t i = 0; i < channels_.size(); ++i)
+        to[node][channels_[i]] = float(sums_[i][node] / counts_[node]);
     }
-    lowest_ = kMostNodes;
-    highest_ = -1;
   }
 
  private:
-  /// half(|dy|): how far the ball reaches along x in the row dy away.
-  template <typename Half>
-  void noteBall(int x, int y, int reach, const Half& half) {
-    const int below = std::min(reach, y), above = std::min(reach, nodes_.y - 1 - y);
-    lowest_ = std::min(lowest_, y - below);
-    highest_ = std::max(highest_, y + above);
-    const std::ptrdiff_t stride = stride_;
-    const int end = nodes_.x;
-    const auto note = [&](int* row, int h) {
-      ++row[std::max(x - h, 0)];
-      --row[std::min(x + h + 1, end)];
-    };
-    int* up = &changes_[std::size_t(y * stride)];
-    int* down = up;
-    note(up, half(0));
-    // The rows on both sides have the same ends.
-    const int both = std::min(below, above), most = std::max(below, above);
-    for (int dy = 1; dy <= both; ++dy) {
-      const int h = half(dy);
-      note(up += stride, h);
-      note(down -= stride, h);
-    }
-    const std::ptrdiff_t way = below > above ? -stride : stride;
-    int* further = below > above ? down : up;
-    for (int dy = both + 1; dy <= most; ++dy) note(further += way, half(dy));
-  }
-
   glm::ivec3 nodes_;
-  SeedMetric metric_;
-  const std::vector<std::int16_t>& roots_;
-  int stride_, lowest_ = kMostNodes, highest_ = -1;
-  std::vector<int> changes_;
+  std::span<const NodeValues> rows_;
+  NodeValues constant_{};
+  std::vector<std::size_t> channels_;
+  std::vector<int> counts_;
+  std::vector<std::vector<double>> sums_;
 };
-
-using Sums = std::array<double, std::tuple_size_v<NodeValues>>;
 
 }  // namespace
 
@@ -187,51 +155,45 @@ std::vector<CellRun> voronoiRuns(glm::ivec3 nodes, std::span<const GridSeed> see
   return runs;
 }
 
-std::vector<NodeValues> naturalNeighbours(glm::ivec3 nodes, std::span<const GridSeed> seeds,
-                                          std::span<const NodeValues> rows, SeedMetric metric,
-                                          int threads) {
-  const std::vector<CellRun> runs = voronoiRuns(nodes, seeds, metric, threads);
-  const std::size_t plane = std::size_t(nodes.x) * std::size_t(nodes.y);
-  std::vector<std::uint8_t> taken(plane * std::size_t(nodes.z));
-  const auto indexOf = [&](glm::ivec3 p) {
-    return std::size_t(p.z) * plane + std::size_t(p.y * nodes.x + p.x);
-  };
+void requireSeeds(glm::ivec3 nodes, std::span<const GridSeed> seeds, std::size_t rows) {
+  requireGrid(nodes, seeds);
+  std::vector<bool> taken(std::size_t(nodes.x) * std::size_t(nodes.y) * std::size_t(nodes.z));
   for (const GridSeed& seed : seeds) {
-    if (seed.row < 0 || std::size_t(seed.row) >= rows.size()) {
+    if (seed.row < 0 || std::size_t(seed.row) >= rows) {
       throw Error(ErrorCode::InvalidArgument,
-                  fmt::format("a seed has row {} of {}", seed.row, rows.size()));
+                  fmt::format("a seed has row {} of {}", seed.row, rows));
     }
-    if (taken[indexOf(seed.node)]++) {
+    const std::size_t at = indexIn(nodes, seed.node);
+    if (taken[at]) {
       throw Error(ErrorCode::InvalidArgument, fmt::format("two seeds stand on node {}, {}, {}",
                                                           seed.node.x, seed.node.y, seed.node.z));
     }
+    taken[at] = true;
   }
-  const std::vector<std::int16_t> roots = rootTable(nodes);
-  std::vector<NodeValues> result(taken.size());
+}
+
+std::vector<NodeValues> naturalNeighbours(glm::ivec3 nodes, std::span<const GridSeed> seeds,
+                                          std::span<const NodeValues> rows, SeedMetric metric,
+                                          int threads) {
+  requireSeeds(nodes, seeds, rows.size());
+  const std::vector<CellRun> runs = voronoiRuns(nodes, seeds, metric, threads);
+  const std::size_t plane = std::size_t(nodes.x) * std::size_t(nodes.y);
+  const CellCounts cells(nodes, metric, seeds, runs);
+  std::vector<NodeValues> result(plane * std::size_t(nodes.z));
   forEach(nodes.z, threads, [&](int z) {
-    SliceCounter counter(nodes, metric, roots);
-    std::vector<Sums> sums(plane);
-    std::vector<int> counts(plane);
-    for (std::size_t i = 0; i < runs.size(); ++i) {
-      const GridSeed& seed = seeds[std::size_t(runs[i].seed)];
-      counter.note(runs[i], seed.node, z);
-      const bool last =
-          i + 1 == runs.size() || seeds[std::size_t(runs[i + 1].seed)].row != seed.row;
+    SliceCounter counter(cells);
+    SliceSums sums(cells, rows);
+    for (const CellCounts::Cell& cell : cells.cells()) {
+      counter.add(cell, z);
+      const bool last = &cell == &cells.cells().back() || (&cell + 1)->seed.row != cell.seed.row;
       if (!last) continue;
-      const NodeValues& values = rows[std::size_t(seed.row)];
-      counter.takeCounts([&](int node, int count) {
-        counts[std::size_t(node)] += count;
-        Sums& sum = sums[std::size_t(node)];
-        for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += double(count) * double(values[c]);
-      });
+      sums.add(counter, cell.seed.row);
+      counter.clear();
     }
-    for (std::size_t i = 0; i < plane; ++i) {
-      for (std::size_t c = 0; c < sums[i].size(); ++c) {
-        result[std::size_t(z) * plane + i][c] = float(sums[i][c] / counts[i]);
-      }
-    }
+    sums.writeMeans(&result[std::size_t(z) * plane]);
   });
-  for (const GridSeed& seed : seeds) result[indexOf(seed.node)] = rows[std::size_t(seed.row)];
+  for (const GridSeed& seed : seeds)
+    result[indexIn(nodes, seed.node)] = rows[std::size_t(seed.row)];
   return result;
 }
 

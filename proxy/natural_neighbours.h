@@ -19,7 +19,7 @@ struct GridSeed {
   friend bool operator==(const GridSeed&, const GridSeed&) = default;
 };
 
-/// Numbers at a seed, and interpolated ones at a node.
+/// Numbers at a seed, finite, and interpolated ones at a node.
 using NodeValues = std::array<float, 8>;
 
 /// A stretch of nodes along x, [first, end), whose nearest seed is the same.
@@ -34,21 +34,24 @@ struct CellRun {
 std::vector<CellRun> voronoiRuns(glm::ivec3 nodes, std::span<const GridSeed> seeds,
                                  SeedMetric metric, int threads = 0);
 
+/// At most one seed a node. Throws InvalidArgument naming a grid of no node or more than
+/// kMostNodes an axis, no seeds at all, a seed outside the grid, two on one node, a row outside the
+/// `rows` that there are.
+inline constexpr int kMostNodes = 128;
+void requireSeeds(glm::ivec3 nodes, std::span<const GridSeed> seeds, std::size_t rows);
+
 /// Discrete natural-neighbour (Sibson) interpolation on every node of a grid, cells clipped to it
 /// (§4.3-5.2): at a seed, its own values; elsewhere the mean over the nodes v with
 /// distance(q, v) <= distance(v, its seed) of the values of v's seed. Returns [node], x fastest.
 ///
-/// Faster than the paper's Alg. 2, in which every node looks at every node, O(n^6): node v of the
-/// cell of seed s counts for the nodes in the ball around v through s and for no others. Of a ball,
-/// only the ends of its rows are noted, +1 and -1, and one running sum along x makes counts of all
-/// of them: O(n^3 r^2) with r the mean radius of a cell, about n / (2 seeds^(1/3)). Counts are
-/// integers and sums run in the order of the rows, so results do not depend on `threads` (0 = as
-/// many as there are cores) and equal those of a direct count bit for bit.
+/// Faster than the paper's Alg. 2, in which every node looks at every node, O(n^6): a run of a cell
+/// counts for one row of nodes at once, by a table of thresholds (cell_counts.h), and only for the
+/// rows that the balls around its nodes through their seed reach: O(n^2 runs r^2) vectors, r the
+/// mean radius of a cell and `runs` the cells that a line along x crosses. Counts are integers and
+/// sums run in the order of the rows, so results do not depend on `threads` (0 = as many as there
+/// are cores) nor on the processor, and equal those of a direct count bit for bit.
 ///
-/// At most one seed a node. Throws InvalidArgument naming a grid of no node or more than
-/// kMostNodes an axis, no seeds at all, a seed outside the grid, two on one node, a row outside
-/// `rows`.
-inline constexpr int kMostNodes = 128;
+/// Throws as requireSeeds.
 std::vector<NodeValues> naturalNeighbours(glm::ivec3 nodes, std::span<const GridSeed> seeds,
                                           std::span<const NodeValues> rows, SeedMetric metric,
                                           int threads = 0);

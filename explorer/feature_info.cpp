@@ -20,7 +20,8 @@ json featureInfo(const Archive& archive) {
     auto found = std::find_if(list.begin(), list.end(),
                               [&](const json& each) { return each["name"] == row.field; });
     if (found == list.end()) {
-      const Classifier& classifier = *featuresOf(archive.open(row).header()).classifier;
+      const ProxyHeader header = archive.open(row).header();
+      const Classifier& classifier = *featuresOf(header).classifier;
       json features = json::array();
       for (const Feature& feature : classifier.features()) features.push_back(featureJson(feature));
       list.push_back({{"name", row.field},

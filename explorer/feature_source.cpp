@@ -92,7 +92,11 @@ FeatureSource::Drawn FeatureSource::draw(const Look& look, const std::string& vi
                         optics.size(), own.slabs.size()),
             true};
   }
-  if (flat) {
+  // Whole rays tell one feature exactly, the order of several by a guess that stacks need not make.
+  const auto visible = std::count_if(optics.begin(), optics.end(), [](const ChannelOptics& each) {
+    return each.extinction > 0.0;
+  });
+  if (flat && (visible <= 1 || stackViews_.empty())) {
     if (const ArchiveRow* row = archive_.find(cycle_, view, name_, kind::kFeatures)) {
       RecomposedFeatures made =
           recomposed(featureImage(readImage(archive_.open(*row))), optics, look.trust);

@@ -10,6 +10,7 @@
 
 #include "explorer/feature_grid.h"
 #include "explorer/feature_recomposition.h"
+#include "explorer/info.h"
 #include "explorer/renderer.h"
 #include "proxy/error.h"
 #include "proxy/feature_layout.h"
@@ -351,6 +352,18 @@ TEST_F(ClassifiedLooks, ShowBoundariesAndColourVolumesAsTheReferenceDoes) {
         renderClassified(own, *classifier, looks, {.camera = made.camera, .size = kSize})[0];
     EXPECT_GT(psnr(made.picture, truth), 35.0) << source["kind"];
   }
+}
+
+TEST_F(ClassifiedLooks, AreListedWithTheirFeatures) {
+  const json info = archiveInfo(Archive(folder_.path() / "a.cdb"));
+  ASSERT_EQ(info["features"].size(), 1u);
+  EXPECT_EQ(info["features"][0]["name"], "features");
+  EXPECT_EQ(info["features"][0]["stacks"], (json{"front", "left", "top"}));
+  // What info lists is a classifier that looks take.
+  EXPECT_NO_THROW(classifierFromJson(info["features"][0]["classifier"], ""));
+  const std::string text = infoText(info);
+  EXPECT_NE(text.find("gaussian of shells, slope: right, left, all"), std::string::npos) << text;
+  EXPECT_EQ(text.find("field features"), std::string::npos) << text;
 }
 
 TEST_F(ClassifiedLooks, NameWhatIsWrong) {

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "adaptor/config_reader.h"
+#include "adaptor/customization_config.h"
 #include "proxy/colormap.h"
 #include "proxy/error.h"
 #include "proxy/field_layout.h"
@@ -462,6 +463,21 @@ void readClassifiers(ConfigReader& root, Config& config) {
   config.attenuation = config.length = config.depth = config.mip = config.reference = false;
 }
 
+/// Of what [image] proxies names something must depend on it.
+void readCustomizationInto(ConfigReader& root, Config& config) {
+  const auto reader = root.table("customization");
+  if (!reader) return;
+  Customization customization = readCustomization(*reader);
+  const bool seen = config.attenuation || config.reference || config.layered ||
+                    (config.mip && (customization.hasGamma() || customization.isNeutral()));
+  if (!seen) {
+    root.fail("customization",
+              "is seen in \"attenuation\", \"reference\", \"layered\" and, where there is a "
+              "gamma, \"mip\": none of these is made");
+  }
+  if (!customization.isNeutral()) config.customization = std::move(customization);
+}
+
 }  // namespace
 
 Config configFromText(const std::string& text, const std::string& origin) {
@@ -510,6 +526,7 @@ Config configFromText(const std::string& text, const std::string& origin) {
   }
   for (auto& reader : root.tables("field")) config.fields.push_back(readField(reader));
   readClassifiers(root, config);
+  readCustomizationInto(root, config);
   root.rejectUnknownKeys();
   return config;
 }

@@ -12,6 +12,7 @@
 #include "adaptor/field_view.h"
 #include "proxy/archive.h"
 #include "proxy/camera.h"
+#include "proxy/customization.h"
 #include "proxy/transfer_function.h"
 
 namespace vestige {
@@ -129,6 +130,8 @@ struct Config {
   BudgetConfig budget;
   FixedKeys fixed;
   std::optional<TrainingConfig> training;
+  /// By position, of what the base function and MIP make; none where it would change nothing.
+  std::optional<Customization> customization;
 
   TriggerConfig trigger;
   std::vector<ViewConfig> views;    ///< empty: front

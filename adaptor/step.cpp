@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "adaptor/adaptor_error.h"
 #include "adaptor/field_assembly.h"
 #include "adaptor/preview.h"
 #include "adaptor/ray_sorter.h"
@@ -28,6 +29,13 @@ ProxyHeader headerFor(const Config& config, const StepFrame& frame, const StepFi
   header.partition = field.classification.partition;
   header.base = field.classification.base;
   header.statistics = field.statistics;
+  return header;
+}
+
+/// Of a proxy that the customisation changes; of MIP it does so by gamma alone.
+ProxyHeader customized(const Config& config, ProxyHeader header, bool mip = false) {
+  if (config.customization && (!mip || config.customization->hasGamma()))
+    header.customization = config.customization;
   return header;
 }
 
@@ -59,7 +67,7 @@ std::vector<EncodedProxy> pack(const Config& config, const ProxyHeader& header,
     proxies.push_back(encodeProxy(image));
   };
   if (config.attenuation) {
-    add(attenuationImage(header, rays.attenuation, rays.transmittance));
+    add(attenuationImage(customized(config, header), rays.attenuation, rays.transmittance));
   }
   if (config.length) {
     add(lengthImage(header, rays.length, rays.moment, rays.runs, rays.first, rays.last));
@@ -69,14 +77,14 @@ std::vector<EncodedProxy> pack(const Config& config, const ProxyHeader& header,
     layered.isovalues = classification.isovalues;
     add(depthImage(layered, rays.depth, rays.normal));
   }
-  if (config.mip) add(mipImage(header, rays.mip));
+  if (config.mip) add(mipImage(customized(config, header, true), rays.mip));
   if (config.reference) {
-    auto drawn = header;
+    auto drawn = customized(config, header);
     if (config.phong) drawn.shading = headlightIf(true);
     add(referenceImage(drawn, rays.reference, rays.transmittance));
   }
   if (made.layers) {
-    auto lit = header;
+    auto lit = customized(config, header);
     lit.shading = shadingOf(config);
     add(layeredImage(lit, *made.layers));
   }
@@ -94,6 +102,7 @@ StepMarcher::StepMarcher(const Config& config, std::shared_ptr<gl::Device> devic
 std::vector<EncodedProxy> StepMarcher::march(const StepFrame& frame, const StepField& field,
                                              int threads, StepTimes& times) {
   uploaded_ = -1;
+  customize(frame, threads, times);
   std::vector<EncodedProxy> proxies;
   const auto shadows = marchLight(frame, field, threads, times);
   // A run may want nothing but stacks.
@@ -116,6 +125,20 @@ std::vector<EncodedProxy> StepMarcher::march(const StepFrame& frame, const StepF
   return proxies;
 }
 
+void StepMarcher::customize(const StepFrame& frame, int threads, StepTimes& times) {
+  const Box domain = frame.blocks->domain();
+  if (!config_.customization || (custom_ && custom_->box == domain)) return;
+  const Stopwatch watch;
+  try {
+    custom_ =
+        std::make_shared<const CustomVolume>(customVolume(*config_.customization, domain, threads));
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::InvalidArgument) throw;
+    throw AdaptorError(VESTIGE_ERROR_CONFIG, fmt::format("[customization]: {}", error.what()));
+  }
+  times.march += watch.seconds();
+}
+
 EncodedProxy StepMarcher::trainingPictures(const StepFrame& frame, const StepField& field,
                                            const View& view, const RayImage& reference, int threads,
                                            StepTimes& times) {
@@ -128,11 +151,13 @@ EncodedProxy StepMarcher::trainingPictures(const StepFrame& frame, const StepFie
   request.isovalues.clear();
   request.reference = true;
   request.phong = training.light.value_or(config_.phong);
+  // Colours are learned for what lengths make of a look, and they know no places.
+  request.custom.reset();
   header.shading = headlightIf(request.phong);
   std::vector<RayImage> rays;
   for (const TransferFunction& look : header.looks) {
     request.base = look;
-    rays.push_back(config_.reference && rays.empty() && request.phong == config_.phong
+    rays.push_back(config_.reference && rays.empty() && !custom_ && request.phong == config_.phong
                        ? reference
                        : marchRays(frame, field, request, threads, times));
   }
@@ -322,8 +347,11 @@ void StepMarcher::marchStacks(const StepFrame& frame, const StepField& field, in
     const Stopwatch watch;
     std::optional<Raster> picture;
     if (config_.previews) picture = preview(kind::kReference, rays, field.classification, style);
-    proxies.push_back(encodeProxy(referenceImage(stack.header, rays.reference, rays.transmittance),
-                                  picture ? &*picture : nullptr));
+    ProxyHeader header = customized(config_, stack.header);
+    if (config_.phong) header.shading = headlightIf(true);
+    proxies.push_back(
+        encodeProxy(referenceImage(std::move(header), rays.reference, rays.transmittance),
+                    picture ? &*picture : nullptr));
     times.encode += watch.seconds();
   }
 }
@@ -344,7 +372,8 @@ MarchRequest StepMarcher::requestFor(const StepFrame& frame, const StepField& fi
           // Layers need to know what is left of a ray.
           .reference = config_.reference || (config_.layered && !config_.attenuation),
           .phong = config_.phong,
-          .isovalues = config_.depth ? isovalues : std::vector<double>{}};
+          .isovalues = config_.depth ? isovalues : std::vector<double>{},
+          .custom = custom_};
 }
 
 }  // namespace vestige

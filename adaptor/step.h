@@ -43,6 +43,8 @@ class StepMarcher {
                                   StepTimes& times);
 
  private:
+  /// Makes the volume of the customisation anew where the domain is another than before.
+  void customize(const StepFrame& frame, int threads, StepTimes& times);
   EncodedProxy reducedField(const StepFrame& frame, const StepField& field, int threads,
                             StepTimes& times) const;
   void upload(const StepFrame& frame, const StepField& field, int block, int threads,
@@ -67,7 +69,8 @@ class StepMarcher {
 
   Config config_;
   Marcher marcher_;
-  int uploaded_ = -1;  ///< the block that is in the texture
+  std::shared_ptr<const CustomVolume> custom_;  ///< null: nothing depends on the place
+  int uploaded_ = -1;                           ///< the block that is in the texture
 };
 
 }  // namespace vestige

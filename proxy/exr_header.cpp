@@ -117,12 +117,16 @@ void requireFinite(const json& value) {
   if (value.is_structured())
     for (const auto& inner : value) requireFinite(inner);
   else if (value.is_number_float())
-    finite("a transfer function or classifier", value.get<double>());
+    finite("a transfer function, classifier or customisation", value.get<double>());
 }
 
 /// What a reader would refuse must not be written.
 void requireReadable(const ProxyHeader& proxy) {
   proxy.camera.validate();
+  if (proxy.customization) {
+    requireFinite(toJson(*proxy.customization));
+    proxy.customization->points(proxy.domain);
+  }
   try {
     statisticsFromJson(toJson(proxy.statistics));
   } catch (const Error& e) {
@@ -264,6 +268,7 @@ void setProxyAttributes(Imf::Header& header, const ProxyHeader& proxy) {
     requireFinite(base);
     write.text("vestige:baseTransferFunction", base.dump());
   }
+  if (proxy.customization) write.text("vestige:customization", toJson(*proxy.customization).dump());
   if (!proxy.isovalues.empty()) write.numbers("vestige:isovalues", proxy.isovalues);
   if (!proxy.slabDepths.empty()) write.numbers("vestige:slabDepths", proxy.slabDepths);
   if (proxy.grid) write.text("vestige:grid", toJson(*proxy.grid).dump());
@@ -336,6 +341,11 @@ ProxyHeader proxyHeaderFrom(const Imf::Header& header) try {
     proxy.partition = IntervalPartition::fromBounds(std::move(bounds));
   if (std::string base = read.text("vestige:baseTransferFunction"); !base.empty())
     proxy.base = transferFunctionFromJson(json::parse(base));
+  if (std::string custom = read.text("vestige:customization"); !custom.empty()) {
+    proxy.customization =
+        customizationFromJson(json::parse(custom), "vestige:customization", "attribute");
+    proxy.customization->points(proxy.domain);  // throws for a seed elsewhere
+  }
   proxy.isovalues = read.numbers("vestige:isovalues");
   proxy.slabDepths = read.numbers("vestige:slabDepths");
   if (proxy.slabDepths.size() > std::size_t(ExrLimits::kParts))

@@ -111,6 +111,10 @@ class Checker {
 
   std::vector<std::string> run() {
     const std::string& kind = image_.header.kind;
+    if (image_.header.customization && kind != kind::kAttenuation && kind != kind::kReference &&
+        kind != kind::kLayered && kind != kind::kMip) {
+      report("it is customised by position, which a {} proxy cannot be", kind);
+    }
     if (kind == kind::kAttenuation)
       checkAttenuation();
     else if (kind == kind::kLength)

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "proxy/camera.h"
+#include "proxy/customization.h"
 #include "proxy/feature_origin.h"
 #include "proxy/field_grid.h"
 #include "proxy/interval_partition.h"
@@ -47,7 +48,9 @@ struct ProxyHeader {
   Box domain;                                  ///< the whole domain, world units
   std::optional<IntervalPartition> partition;  ///< attenuation, length
   std::optional<TransferFunction> base;        ///< the run's base transfer function
-  std::vector<double> isovalues;               ///< depth: one per layer
+  /// attenuation, mip, reference, layered: by position; not neutral, its seeds in the domain.
+  std::optional<Customization> customization;
+  std::vector<double> isovalues;   ///< depth: one per layer
   std::vector<double> slabDepths;  ///< sliced, sliced-features: planar, rising; one more than slabs
   std::optional<FieldGrid> grid;   ///< field
   std::string shading;  ///< reference, training, learned, layered: the light of their colours

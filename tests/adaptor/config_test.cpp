@@ -407,6 +407,59 @@ TEST(Classification, QuantilesFollowTheHistogram) {
   EXPECT_NEAR(made.partition.bounds()[1], 32.0, 1.01);
 }
 
+TEST(Config, ReadsACustomisationWithTheKeysOfLooks) {
+  const Config config = configFromText(R"([customization]
+resolution = 48
+metric = "manhattan"
+corners = { opacity = 0.5 }
+[[customization.seeds]]
+name = "core"
+position = [1, 2, 3]
+extent = [0, 0, 0.5]
+gamma = 0.7
+[[customization.seeds]]
+position = [0, 0, 0]
+enabled = false
+shift = [0.1, 0, -1]
+)",
+                                       "run.toml");
+  ASSERT_TRUE(config.customization);
+  const Customization& made = *config.customization;
+  EXPECT_EQ(made.resolution, 48);
+  EXPECT_EQ(made.metric, SeedMetric::Manhattan);
+  for (const SeedParameters& corner : made.corners) EXPECT_EQ(corner.opacity, 0.5);
+  ASSERT_EQ(made.seeds.size(), 2u);
+  EXPECT_EQ(made.seeds[0].position, glm::dvec3(1, 2, 3));
+  EXPECT_EQ(made.seeds[0].parameters.gamma, 0.7);
+  EXPECT_FALSE(made.seeds[1].enabled);
+  EXPECT_FALSE(configFromText("[customization]\ncorners = {}\n", "run.toml").customization)
+      << "it changes nothing";
+}
+
+TEST(Config, RefusesCustomisationsThatAMarchCannotMake) {
+  const std::string seed = "[customization]\n[[customization.seeds]]\nposition = [0, 0, 0]\n";
+  expectError(seed + "gama = 2\n", "run.toml:4: [customization] seeds[0].gama");
+  expectError(seed + "gamma = 0\n", "run.toml:4: [customization] seeds[0].gamma: is 0");
+  expectError(seed + "opacity = 'x'\n", "run.toml:4: [customization] seeds[0].opacity");
+  expectError("[customization]\nresolution = 7\n", "run.toml:2: [customization] resolution: is 7");
+  expectError("[customization]\ncorners = [{}]\n", "run.toml:2: [customization] corners: lists 1");
+  expectError("customization = 3\n", "customization");
+  expectError(seed + "function = { colormap = 'magma' }\n",
+              "run.toml:4: [customization] seeds[0].function: is for looks");
+  expectError(seed + "blend = 0.5\n", "run.toml:4: [customization] seeds[0].blend");
+  expectError("[customization]\ncorners = { function = { colormap = 'magma' } }\n",
+              "run.toml:2: [customization] corners.function: is for looks");
+  expectError("[customization]\ncorners = [{}, {}, { function = {} }, {}, {}, {}, {}, {}]\n",
+              "run.toml:2: [customization] corners[2].function: is for looks");
+  const std::string opaque = "[customization.corners]\nopacity = 2\n";
+  expectError("[image]\nproxies = ['length', 'depth', 'training']\n" + opaque,
+              "run.toml:3: customization: is seen in \"attenuation\"");
+  expectError("[image]\nproxies = ['mip']\n" + opaque, "none of these is made");
+  EXPECT_TRUE(
+      configFromText("[image]\nproxies = ['mip']\n[customization.corners]\ngamma = 2\n", "run.toml")
+          .customization);
+}
+
 constexpr const char* kClassifier = "[[classifier]]\nkind = 'gaussian'\nfields = ['t', 'w']\n";
 
 TEST(Config, ReadsClassifiers) {

@@ -34,7 +34,8 @@ std::vector<std::string> operator+(std::vector<std::string> a, const std::vector
 TEST_F(Replay, RecordedRunGivesTheSameProxiesByteForByte) {
   write("small.toml", std::string(kSmallConfig) +
                           "[[field]]\nsource = \"velocity\"\nmagnitude = true\n"
-                          "[[field]]\nsource = \"vorticity\"\n[trigger]\nevery_cycles = 10\n");
+                          "[[field]]\nsource = \"vorticity\"\n[trigger]\nevery_cycles = 10\n"
+                          "[customization.corners]\nopacity = 0.5\n");
   for (const char* precision : {"float", "double"}) {
     const std::string record = std::string("record-") + precision;
     const std::string live = std::string("live-") + precision + ".cdb";
@@ -50,6 +51,13 @@ TEST_F(Replay, RecordedRunGivesTheSameProxiesByteForByte) {
     one.erase("timings.csv");
     two.erase("timings.csv");
     EXPECT_GT(one.size(), 9u);
+    const Archive archive(folder_ / again);
+    const ArchiveRow* row = archive.find(archive.cycles().front(), "front", "vorticity", "mip");
+    ASSERT_NE(row, nullptr);
+    EXPECT_FALSE(archive.open(*row).header().customization) << "MIP, without a gamma";
+    row = archive.find(archive.cycles().front(), "front", "vorticity", "reference");
+    ASSERT_NE(row, nullptr);
+    EXPECT_TRUE(archive.open(*row).header().customization);
     ASSERT_EQ(one.size(), two.size());
     for (const auto& [name, bytes] : one) EXPECT_TRUE(bytes == two[name]) << name << " differs";
   }

@@ -144,6 +144,30 @@ TEST_F(HostileExr, AbsurdClaimsOfTheContainerAreRefused) {
   }
 }
 
+TEST_F(HostileExr, AbsurdCustomisationsAreRefused) {
+  ProxyImage image = someImages(someHeader())[0];
+  image.header.customization.emplace().corners[0].opacity = 2.0;
+  const ExrSurgeon sound(encoded(image));
+  ASSERT_EQ(reaction(sound.bytes(), true), "accepts it");
+  const std::string deep(100000, '[');
+  for (const std::string& value :
+       {std::string("{"), std::string("[]"), std::string("7"), deep,
+        std::string(R"({"resolution": 1e9})"), std::string(R"({"resolution": -1})"),
+        std::string(R"({"metric": "taxi"})"), std::string(R"({"corners": [{}]})"),
+        std::string(R"({"corners": [7, {}, {}, {}, {}, {}, {}, {}]})"),
+        std::string(R"({"corners": {"gamma": 0}})"), std::string(R"({"corners": {"gama": 1}})"),
+        std::string(R"({"corners": {"opacity": 1e999}})"),
+        std::string(R"({"corners": {"opacity": -1}})"),
+        std::string(R"({"corners": {"shift": [0, 0]}})"),
+        std::string(R"({"seeds": [{"opacity": 2}]})"),
+        std::string(R"({"seeds": [{"position": [99, 0, 0]}]})"),
+        std::string(R"({"seeds": [{"position": [1e300, 1e300, 1e300], "extent": [-1, 0, 0]}]})")}) {
+    ExrSurgeon exr = sound;
+    exr.everywhere("vestige:customization", value);
+    expectRefused(value.substr(0, 60), exr.bytes());
+  }
+}
+
 TEST_F(HostileExr, PartsOfDifferentPicturesAreRefused) {
   ExrSurgeon exr(encoded(someImages(someHeader())[1]));
   exr.value("displayWindow", 1) = ExrSurgeon::number(0, 0, 79, 59);

@@ -31,6 +31,7 @@ void expectSameHeader(const ProxyHeader& a, const ProxyHeader& b) {
   if (a.base) {
     EXPECT_EQ(toJson(*a.base), toJson(*b.base));
   }
+  EXPECT_TRUE(a.customization == b.customization);
   EXPECT_EQ(a.isovalues, b.isovalues);
   EXPECT_TRUE(a.statistics == b.statistics);
   EXPECT_EQ(a.provenance, b.provenance);
@@ -71,6 +72,42 @@ TEST(Exr, EveryKindOfProxySurvivesStorageBitForBit) {
     expectSame(image, throughFile(image));
     EXPECT_TRUE(problemsOf(image).empty()) << problemsOf(image).front();
   }
+}
+
+/// A seed of `parameters` in the middle.
+Customization someCustomization(const SeedParameters& parameters) {
+  Customization customization;
+  customization.resolution = 40;
+  customization.seeds.push_back(
+      {"core", someHeader().domain.center(), {0.1, 0.0, 1.0 / 3.0}, true, parameters});
+  customization.corners[3].gamma = 1.0 / 7.0;
+  return customization;
+}
+
+TEST(Exr, CustomisationsSurviveWhereTheyHaveAPart) {
+  SeedParameters parameters;
+  parameters.opacity = 0.1;
+  parameters.shift = {0.3, -1.0, 0.0};
+  for (ProxyImage image : someImages(someHeader())) {
+    image.header.customization = someCustomization(parameters);
+    expectSame(image, throughFile(image));
+    const std::string& kind = image.header.kind;
+    const bool part = kind == kind::kAttenuation || kind == kind::kReference ||
+                      kind == kind::kLayered || kind == kind::kMip;
+    EXPECT_EQ(problemsOf(image).empty(), part) << kind;
+  }
+}
+
+TEST(Exr, CustomisationsThatNoReaderTakesAreNotWritten) {
+  ProxyImage image = someImages(someHeader()).front();
+  SeedParameters parameters;
+  parameters.opacity = std::numeric_limits<double>::quiet_NaN();
+  image.header.customization = someCustomization(parameters);
+  expectError(ErrorCode::InvalidArgument, "customisation of a proxy is nan",
+              [&] { encodeExr(image); });
+  image.header.customization = someCustomization({});
+  image.header.customization->seeds[0].position.x = 99.0;
+  expectError(ErrorCode::InvalidArgument, "seed 0 'core' stands at 99", [&] { encodeExr(image); });
 }
 
 TEST(Exr, HeadersWithNothingOptionalSurvive) {

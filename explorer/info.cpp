@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "explorer/custom_info.h"
 #include "explorer/feature_info.h"
 #include "explorer/learned_pass.h"
 #include "explorer/radiality.h"
@@ -69,7 +70,9 @@ json answersOf(const Archive& archive, const std::string& field, bool turned) {
     for (const ArchiveRow& row : archive.rows()) {
       if (row.cycle != archive.cycles().back() || row.field != field || row.proxy != proxy)
         continue;
-      tiers.emplace_back(proxy, statedError(archive.open(row).header(), {turned, true}));
+      const ProxyHeader header = archive.open(row).header();
+      const bool recomposed = proxy != kind::kAttenuation || !header.customization;
+      if (recomposed) tiers.emplace_back(proxy, statedError(header, {turned, true}));
       break;
     }
   }
@@ -261,6 +264,7 @@ json archiveInfo(const Archive& archive) {
     if (!header.features) info["fields"].push_back(fieldInfo(header));
   }
   info["features"] = featureInfo(archive);
+  info["customizations"] = customInfo(archive);
   for (const std::string& field : archive.fields()) {
     const ArchiveRow* row =
         archive.cycles().empty()
@@ -364,6 +368,7 @@ std::string infoText(const json& info) {
                               sharesText(entry["countsPerTenDegrees"]));
   }
   text += featureText(info["features"]);
+  text += customText(info["customizations"]);
   for (const json& stack : info["stacks"]) {
     text += fmt::format("  stack of {} in view {}: {}\n", stack["field"].get<std::string>(),
                         stack["view"].get<std::string>(), stack["error"].get<std::string>());

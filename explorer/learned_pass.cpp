@@ -46,6 +46,11 @@ gl::Texture attenuationFrom(EditPass& edit, ViewData& view, std::string_view fro
   if (from == kind::kLength) {
     return edit.attenuation(view.pieces(Via::Length, Order::Auto), tableForLength(look));
   }
+  if (view.isCustomized(from)) {
+    throw Error(ErrorCode::NotFound,
+                "the run customised the attenuation of view '" + view.header().view +
+                    "' by position, which its intervals do not know: learn from lengths or stacks");
+  }
   if (!view.header().base) {
     throw Error(ErrorCode::Format,
                 "the attenuation proxy does not say under which transfer function it was made");

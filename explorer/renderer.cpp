@@ -291,7 +291,7 @@ std::optional<Renderer::OwnLook> Renderer::ownLook(const Look& look) {
     if (!view.has(kind::kSliced) || !view.has(kind::kReference)) return;
     const ProxyImage reference = view.image(kind::kReference);
     const ProxyHeader& header = view.stack().header;
-    if (!reference.header.shading.empty() || !header.base ||
+    if (!reference.header.shading.empty() || reference.header.customization || !header.base ||
         reference.header.camera != header.camera || reference.header.size != header.size) {
       return;
     }

@@ -87,6 +87,18 @@ Via Renderer::Impl::viaOf(const Look& look, ViewData& view, Rendered& out) const
     throw Error(ErrorCode::NotFound, "look key 'via' asks for attenuation, view '" +
                                          view.header().view + "' stores none");
   }
+  if (attenuation && !(look.via == Via::Length) && view.isCustomized(kind::kAttenuation)) {
+    if (look.via == Via::Attenuation || !length) {
+      throw Error(ErrorCode::NotFound, "the run customised the attenuation of view '" +
+                                           view.header().view +
+                                           "' by position, which its intervals do not know: " +
+                                           (length ? "take lengths" : "no lengths are stored") +
+                                           ", or the run's own picture (source reference)");
+    }
+    out.notes.push_back(
+        "the run customised its own pictures and the attenuation by position; lengths are free of "
+        "that, and so is this picture");
+  }
   if (look.via == Via::Attenuation || (look.via == Via::Auto && !length && attenuation)) {
     out.notes.push_back(
         "attenuation answers: " +
@@ -127,6 +139,7 @@ std::optional<Renderer::Impl::Candidate> Renderer::Impl::otherThanField(
                                        kind::kReference, kind::kLayered, kind::kMip}) {
     const bool picture = proxy == kind::kReference || proxy == kind::kMip;
     if (asked.turned && (picture || proxy == kind::kAttenuation)) continue;
+    if (proxy == kind::kAttenuation && base.isCustomized(proxy)) continue;
     if (const auto error = errorOf(proxy, cycle, view, field, asked))
       return Candidate{proxy, *error};
   }
@@ -166,7 +179,9 @@ bool Renderer::Impl::fieldAnswers(const Look& look, long cycle, const std::strin
   // The run's own picture of its own look, which nothing else makes to the last bit.
   const auto picture = errorOf(kind::kReference, cycle, base.header().view, field, asked);
   if (picture && picture->sum() == 0.0 && other->proxy != kind::kReference) {
-    stated += "; the run's own picture (source reference) is exact";
+    stated += base.isCustomized(kind::kReference)
+                  ? "; the run's own picture (source reference) is customised by position"
+                  : "; the run's own picture (source reference) is exact";
   }
   if (!there) return false;
   const StatedError own = *errorOf(kind::kField, cycle, kFieldView, field, asked);
@@ -196,7 +211,7 @@ Renderer::Impl::Stacks Renderer::Impl::stacksAnswer(const Look& look, long cycle
                                          std::to_string(cycle) + " has no sliced proxy of '" +
                                          field + "'");
   }
-  const bool flat = base.has(kind::kLength) || base.has(kind::kAttenuation);
+  const bool flat = base.recomposes();
   const bool stored = target == base.header().camera;
   const bool lit = look.shading == Shading::Phong || look.ao.on;
   if (look.needsGrid() || look.isCustomized()) return Stacks::Grid;

@@ -22,6 +22,12 @@ Picture mipPicture(const ProxyImage& image, const TransferFunction& function) {
   return picture;
 }
 
+void noteCustomized(const ViewData& view, std::string_view proxy, Rendered& out) {
+  if (!view.isCustomized(proxy)) return;
+  out.notes.push_back(
+      "the run customised it by position: opacity, gamma or colour depend on the place");
+}
+
 }  // namespace
 
 Picture referencePicture(const ProxyImage& image) {
@@ -131,7 +137,7 @@ void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const Transfer
   const ProxyHeader& header = view.header();
   const LayerTextures& layers = view.layers();
   const gl::Texture colors = gpu::textureArray(GL_RGBA32F, layers.size, layers.count);
-  if (view.has(kind::kLength) || view.has(kind::kAttenuation)) {
+  if (view.recomposes()) {
     const Via via = viaOf(look, view, out);
     const ChannelTable table = tableOf(via, view, function);
     const PieceTextures& pieces = view.pieces(via, look.order);
@@ -189,6 +195,7 @@ void Renderer::Impl::drawLayered(const Look& look, ViewData& view, Rendered& out
   out.notes.push_back("layered answers: " + std::to_string(layers.layers) +
                       " piecewise-analytic layers; opacity, colour and light (" + layers.shading +
                       ") are baked in");
+  noteCustomized(view, kind::kLayered, out);
   if (!look.trust) return;
   if (out.camera == view.header().camera) {
     out.trust.assign(size.pixels(), Trust::Data);
@@ -299,7 +306,10 @@ void Renderer::Impl::drawStackGrid(const Look& look, StackSource& source,
 
 void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFunction& function,
                           Rendered& out) {
-  const bool volume = view.has(kind::kLength) || view.has(kind::kAttenuation);
+  // Who asks for what customised attenuation cannot do hears why.
+  const bool volume =
+      view.recomposes() || (view.has(kind::kAttenuation) &&
+                            (look.source == Source::Volume || look.via == Via::Attenuation));
   const bool layers = view.has(kind::kDepth) || view.has(kind::kLength);
   const bool stored = out.camera == view.header().camera;
   Source source = look.source;
@@ -360,11 +370,13 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
     case Source::Mip:
       out.picture = mipPicture(view.image(kind::kMip), function);
       out.notes.push_back("mip answers: the largest value along each ray, opacity plays no part");
+      noteCustomized(view, kind::kMip, out);
       return;
     default:
       out.picture = referencePicture(view.image(kind::kReference));
       out.notes.push_back(
           "reference answers: the run's own rendering; opacity and colour are baked in");
+      noteCustomized(view, kind::kReference, out);
       return;
   }
 }

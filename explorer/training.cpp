@@ -70,6 +70,10 @@ LearningSamples learningSamples(gl::Device& device, const Archive& archive,
     const std::string from = sourceOf(view, request.from);
     header = pictures.header;
     if (header.kind == kind::kReference) {
+      if (header.customization)
+        throw Error(ErrorCode::NotFound,
+                    "the run customised the reference picture of view '" + request.view +
+                        "' by position, which no table of colours knows: store training pictures");
       if (!header.base)
         throw Error(ErrorCode::Format,
                     "the reference picture does not say under which transfer function it was made");

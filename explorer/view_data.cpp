@@ -41,6 +41,14 @@ bool ViewData::has(std::string_view proxy) const {
   return archive_.find(cycle_, view_, field_, proxy) != nullptr;
 }
 
+bool ViewData::isCustomized(std::string_view proxy) const {
+  return has(proxy) && archive_.open(row(proxy)).header().customization.has_value();
+}
+
+bool ViewData::recomposes() const {
+  return has(kind::kLength) || (has(kind::kAttenuation) && !isCustomized(kind::kAttenuation));
+}
+
 const ArchiveRow& ViewData::row(std::string_view proxy) const {
   const ArchiveRow* row = archive_.find(cycle_, view_, field_, proxy);
   if (!row) {

@@ -26,6 +26,11 @@ class ViewData {
   ViewData(const Archive& archive, long cycle, std::string view, std::string field);
 
   bool has(std::string_view proxy) const;
+  /// Whether the run made that proxy, if it is there, with parameters that depend on the place.
+  bool isCustomized(std::string_view proxy) const;
+  /// Whether there are intervals to recompose: lengths, or attenuation under one base function
+  /// everywhere.
+  bool recomposes() const;
   /// The header of any proxy of the view.
   const ProxyHeader& header() const { return header_; }
 

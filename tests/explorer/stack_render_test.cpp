@@ -207,6 +207,22 @@ TEST_F(StackRendering, MeasuresItsErrorAgainstTheRunsOwnPicture) {
   EXPECT_FALSE(renderer().ownLook(left).has_value());
 }
 
+TEST_F(StackRendering, ACustomisedPictureIsNotWhatTheStackMakes) {
+  const synthetic::TemporaryFolder folder;
+  const auto path = folder.path() / "a.cdb";
+  const SlicedStack front = stackAlong("stack-front", {0, 1, 0}, {0, 0, 1});
+  const std::size_t pixels = front.header.size.pixels();
+  ProxyImage picture = referenceImage(front.header, std::vector<float>(3 * pixels, 0.5f),
+                                      std::vector<float>(pixels, 0.0f));
+  for (const bool customized : {false, true}) {
+    if (customized) picture.header.customization.emplace().corners[0].opacity = 2.0;
+    ArchiveWriter(path, ExistingArchive::Overwrite)
+        .writeStep({encodeProxy(front), encodeProxy(picture)});
+    Renderer made(device(), std::make_shared<const Archive>(path));
+    EXPECT_EQ(made.ownLook(plainLook()).has_value(), !customized);
+  }
+}
+
 TEST_F(StackRendering, TurnedViewsAreDrawnFromAllStacks) {
   Renderer made = renderer();
   for (const auto& [azimuth, elevation] : {std::pair{10.0, 0.0}, {40.0, 30.0}, {120.0, -70.0}}) {

@@ -10,6 +10,7 @@
 #include <limits>
 #include <random>
 
+#include "adaptor/customization_pass.h"
 #include "explorer/grid_painter.h"
 #include "proxy/customization.h"
 #include "proxy/gl/device.h"
@@ -72,6 +73,22 @@ void measureVolumes(const BenchOptions& options) {
   line("customisation_32_ms", 32, kSeeds, SeedMetric::Euclidean);
 }
 
+/// The compute shader, and how many times the CPU's time it takes. (A software rasteriser is on the
+/// same cores.)
+void measureOnDevice(const BenchOptions& options) {
+  const char* time = "customisation_64_gpu_ms";
+  const char* ratio = "customisation_64_gpu_over_cpu";
+  if (!options.wants(time) && !options.wants(ratio)) return;
+  const Box box{glm::dvec3(0.0), glm::dvec3(1.0)};
+  const Customization customization = randomCustomization(64, box, options.firstSeed);
+  const std::shared_ptr<gl::Device> device = gl::Device::create("auto");
+  customVolume(*device, customization, box);  // wakes the device
+  const double gpu = milliseconds([&] { customVolume(*device, customization, box); }, 3);
+  const double cpu = milliseconds([&] { customVolume(customization, box); });
+  if (options.wants(time)) std::printf("%s\t%.4g\n", time, gpu);
+  if (options.wants(ratio)) std::printf("%s\t%.4g\n", ratio, gpu / cpu);
+}
+
 void measureError(const BenchOptions& options) {
   const char* name = "customisation_vs_cgal_max_error";
   if (!options.wants(name)) return;
@@ -121,6 +138,7 @@ int main(int argc, char** argv) {
   try {
     const vestige::test::BenchOptions options(argc, argv);
     vestige::test::measureVolumes(options);
+    vestige::test::measureOnDevice(options);
     vestige::test::measureError(options);
     vestige::test::measurePictures(options);
   } catch (const std::exception& error) {

@@ -6,6 +6,9 @@
 //   feature_edit_psnr, feature_edit_psnr_min: of stacks of 20 slabs at their own view
 //   feature_edit_psnr_S{8,12,32,64}[_min]: of other stacks
 //   feature_edit_psnr_flat[_min]: of the flat proxy
+//   feature_novel_psnr_{10,45,90}[_min]: three stacks of 20 slabs along the axes, fused, seen from
+//   so
+//     many degrees beside the first
 //   feature_bytes_percent[_S{8,12,32,64}|_flat]: bytes of the file, of the two fields
 // usage: bench_features --seeds A..B LINE...
 #include <algorithm>
@@ -13,11 +16,15 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <glm/trigonometric.hpp>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <random>
 
 #include "adaptor/feature_march.h"
+#include "explorer/feature_grid.h"
 #include "explorer/feature_recomposition.h"
+#include "explorer/grid_painter.h"
 #include "explorer/metrics.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/sweep_scenes.h"
@@ -119,9 +126,13 @@ class Judge {
     least_ = std::min(least_, db);
     ++count_;
   }
+  void print(const std::string& name) const {
+    std::printf("feature_%s\t%.2f\n", name.c_str(), sum_ / count_);
+    std::printf("feature_%s_min\t%.2f\n", name.c_str(), least_);
+    std::fflush(stdout);
+  }
   void print(const std::string& name, double bytesPercent) const {
-    std::printf("feature_edit_psnr%s\t%.2f\n", name.c_str(), sum_ / count_);
-    std::printf("feature_edit_psnr%s_min\t%.2f\n", name.c_str(), least_);
+    print("edit_psnr" + name);
     std::printf("feature_bytes_percent%s\t%.2f\n", name.c_str(), bytesPercent);
     std::fflush(stdout);
   }
@@ -132,6 +143,58 @@ class Judge {
   double sum_ = 0.0, least_ = 1e300;
   int count_ = 0;
 };
+
+constexpr int kNovelDegrees[] = {10, 45, 90};
+
+/// Three stacks along the axes, as the explorer fuses and casts them.
+void runNovel(const BenchOptions& options, const std::shared_ptr<gl::Device>& device,
+              const Plume& plume, FeatureMarcher& marcher, const ProxyHeader& front,
+              const std::vector<std::vector<ChannelOptics>>& edits) {
+  constexpr int kSlabs = 20;
+  const auto wanted = [&](int degrees) {
+    return options.wantsAny("feature_novel_psnr_" + std::to_string(degrees));
+  };
+  if (std::none_of(std::begin(kNovelDegrees), std::end(kNovelDegrees), wanted)) return;
+  const Box domain = front.domain;
+  const auto normalised = plume.origin.classifier->normalised(plume.origin.domains);
+  std::vector<FeatureStack> stacks;
+  for (const auto& [forward, up] : {std::pair{glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1)},
+                                    {glm::dvec3(1, 0, 0), glm::dvec3(0, 0, 1)},
+                                    {glm::dvec3(0, 0, -1), glm::dvec3(0, 1, 0)}}) {
+    const VoxelView view = sweepView(plume.scenes.fields[0], forward, up);
+    FeatureStack stack{front, {}};
+    stack.header.camera = view.camera;
+    stack.header.size = view.size;
+    stack.header.slabDepths = evenSlabs(view.camera, domain, kSlabs);
+    stack.slabs =
+        marcher.marchSlabs({view.camera, view.size, domain, 0.0, normalised.get(), edits.front()},
+                           stack.header.slabDepths);
+    throughFile(encodeFeatureStack(stack),
+                [&](const ExrFile& file) { stacks.push_back(readFeatureStack(file)); });
+  }
+  const FeatureGrid weights = fusedFeatures(stacks);
+  for (const int degrees : kNovelDegrees) {
+    if (!wanted(degrees)) continue;
+    const Camera camera =
+        front.camera.orbited(domain.center(), glm::radians(double(degrees)), 0.0, 0.0);
+    const auto truth = renderClassified(plume.scenes, *plume.origin.classifier, edits,
+                                        {camera, front.size, kSamplesPerVoxel});
+    Judge judge(truth, *projectedRect(camera, domain, front.size));
+    Look look;
+    look.clip = domain;
+    const TransferFunction function = TransferFunction::ramp(0.0, 1.0, plume.referenceLength);
+    for (std::size_t i = 0; i < edits.size(); ++i) {
+      Picture picture;
+      device->run([&] {
+        LookGrid grid = weights.optics(edits[i]);
+        GridPainter painter;
+        picture = painter.draw(grid, look, function, nullptr, domain, camera, front.size).picture;
+      });
+      judge.add(i, picture);
+    }
+    judge.print("novel_psnr_" + std::to_string(degrees));
+  }
+}
 
 void run(const BenchOptions& options, const std::shared_ptr<gl::Device>& device) {
   const Plume plume;
@@ -158,6 +221,7 @@ void run(const BenchOptions& options, const std::shared_ptr<gl::Device>& device)
   FeatureMarcher marcher(device);
   upload(marcher, plume);
 
+  runNovel(options, device, plume, marcher, header, edits);
   for (const int slabs : {20, 8, 12, 32, 64}) {
     const std::string name = slabs == 20 ? "" : "_S" + std::to_string(slabs);
     if (!options.wants("feature_edit_psnr" + name) &&

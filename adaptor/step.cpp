@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "adaptor/adaptor_error.h"
+#include "adaptor/customization_pass.h"
 #include "adaptor/field_assembly.h"
 #include "adaptor/preview.h"
 #include "adaptor/ray_sorter.h"
@@ -97,7 +98,7 @@ std::vector<EncodedProxy> pack(const Config& config, const ProxyHeader& header,
 }  // namespace
 
 StepMarcher::StepMarcher(const Config& config, std::shared_ptr<gl::Device> device)
-    : config_(config), marcher_(std::move(device)) {}
+    : config_(config), device_(device), marcher_(std::move(device)) {}
 
 std::vector<EncodedProxy> StepMarcher::march(const StepFrame& frame, const StepField& field,
                                              int threads, StepTimes& times) {
@@ -130,8 +131,10 @@ void StepMarcher::customize(const StepFrame& frame, int threads, StepTimes& time
   if (!config_.customization || (custom_ && custom_->box == domain)) return;
   const Stopwatch watch;
   try {
-    custom_ =
-        std::make_shared<const CustomVolume>(customVolume(*config_.customization, domain, threads));
+    // A GPU leaves the solver's cores alone; a software rasteriser would only be slower on them.
+    custom_ = std::make_shared<const CustomVolume>(
+        device_->info().isSoftware() ? customVolume(*config_.customization, domain, threads)
+                                     : customVolume(*device_, *config_.customization, domain));
   } catch (const Error& error) {
     if (error.code() != ErrorCode::InvalidArgument) throw;
     throw AdaptorError(VESTIGE_ERROR_CONFIG, fmt::format("[customization]: {}", error.what()));

@@ -68,6 +68,7 @@ class StepMarcher {
   MarchRequest requestFor(const StepFrame& frame, const StepField& field, const View& view) const;
 
   Config config_;
+  std::shared_ptr<gl::Device> device_;
   Marcher marcher_;
   std::shared_ptr<const CustomVolume> custom_;  ///< null: nothing depends on the place
   int uploaded_ = -1;                           ///< the block that is in the texture

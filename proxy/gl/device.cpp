@@ -209,4 +209,11 @@ std::shared_ptr<Device> Device::create(const std::string& backend, int threads) 
   }
 }
 
+bool DeviceInfo::isSoftware() const {
+  for (const char* name : {"llvmpipe", "softpipe", "swrast", "SwiftShader"}) {
+    if (renderer.find(name) != std::string::npos) return true;
+  }
+  return false;
+}
+
 }  // namespace vestige::gl

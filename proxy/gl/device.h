@@ -13,6 +13,9 @@ struct DeviceInfo {
   std::string vendor, renderer, version;
   int threads = 0;       ///< of the software rasteriser; 0 = not known
   int maxTexture3D = 0;  ///< voxels a side, as a 3-D texture and as layers of 2-D ones
+
+  /// Whether it draws on the processor's own cores.
+  bool isSoftware() const;
 };
 
 /// A headless OpenGL 4.3+ core context on a thread of its own (design.md "GL device"): every GL

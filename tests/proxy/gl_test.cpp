@@ -131,6 +131,8 @@ TEST_P(GlDevice, SaysWhatItIs) {
   const auto device = create(2);
   EXPECT_EQ(device->info().backend, GetParam());
   EXPECT_FALSE(device->info().renderer.empty());
+  EXPECT_EQ(device->info().isSoftware(),
+            device->info().renderer.find("llvmpipe") != std::string::npos);
   EXPECT_FALSE(device->info().version.empty());
   EXPECT_GE(device->info().maxTexture3D, 256);
 }

@@ -92,6 +92,34 @@ Samples samplesOf(const Archive& archive, long cycle, const std::string& field) 
                           field, cycle));
 }
 
+/// Calls add(index, weight) for the samples around a place in cells, centres at whole numbers,
+/// clamped at the outermost ones; those that do not weigh are left out.
+template <typename Add>
+void forCorners(glm::ivec3 size, const glm::dvec3& cell, const Add& add) {
+  glm::ivec3 first;
+  glm::dvec3 t;
+  for (int a = 0; a < 3; ++a) {
+    const double v = std::clamp(cell[a], 0.0, double(size[a] - 1));
+    first[a] = std::min(int(v), std::max(size[a] - 2, 0));
+    t[a] = v - first[a];
+    // Rounding of places must not reach for a sample without data.
+    if (t[a] < 1e-6) t[a] = 0.0;
+  }
+  for (int corner = 0; corner < 8; ++corner) {
+    double weight = 1.0;
+    glm::ivec3 at = first;
+    for (int a = 0; a < 3; ++a) {
+      const bool up = corner >> a & 1;
+      weight *= up ? t[a] : 1.0 - t[a];
+      at[a] += up;
+    }
+    if (!(weight > 0.0)) continue;
+    add((std::size_t(at.z) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.x) +
+            std::size_t(at.x),
+        weight);
+  }
+}
+
 /// Trilinear, clamped at the outermost centres; a sample without data makes none.
 class Interpolator {
  public:
@@ -113,35 +141,13 @@ class Interpolator {
   float at(int x, int y, int z) const {
     const glm::dvec3 cell =
         start_ + double(x) * way_[0] + double(y) * way_[1] + double(z) * way_[2];
-    glm::ivec3 low;
-    glm::dvec3 t;
-    for (int a = 0; a < 3; ++a) {
-      const double v = std::clamp(cell[a], 0.0, double(from_.size[a] - 1));
-      low[a] = std::min(int(v), std::max(from_.size[a] - 2, 0));
-      t[a] = v - low[a];
-      if (t[a] < 1e-6) t[a] = 0.0;
-    }
     double sum = 0.0;
-    for (int corner = 0; corner < 8; ++corner) {
-      double weight = 1.0;
-      glm::ivec3 at = low;
-      for (int a = 0; a < 3; ++a) {
-        const bool up = corner >> a & 1;
-        weight *= up ? t[a] : 1.0 - t[a];
-        at[a] += up;
-      }
-      if (weight > 0.0) sum += weight * double(value(at));
-    }
+    forCorners(from_.size, cell,
+               [&](std::size_t i, double weight) { sum += weight * double(from_.values[i]); });
     return float(sum);
   }
 
  private:
-  float value(glm::ivec3 at) const {
-    return from_.values[(std::size_t(at.z) * std::size_t(from_.size.y) + std::size_t(at.y)) *
-                            std::size_t(from_.size.x) +
-                        std::size_t(at.x)];
-  }
-
   const Samples& from_;
   glm::dvec3 start_{0.0}, way_[3];
 };
@@ -196,33 +202,14 @@ FieldSample FieldBundle::sample(const glm::dvec3& world) const {
   for (int a = 0; a < 3; ++a) {
     if (!(world[a] >= domain.low[a] && world[a] <= domain.high[a])) return sample;
   }
-  const glm::dvec3 cell =
-      glm::dvec3(glm::inverse(worldFromGrid) * glm::dvec4(world, 1.0)) * glm::dvec3(size) - 0.5;
-  glm::ivec3 first;
-  glm::dvec3 t;
-  for (int a = 0; a < 3; ++a) {
-    const double v = std::clamp(cell[a], 0.0, double(size[a] - 1));
-    first[a] = std::min(int(v), std::max(size[a] - 2, 0));
-    t[a] = v - first[a];
-  }
+  const glm::dvec3 grid(glm::inverse(worldFromGrid) * glm::dvec4(world, 1.0));
   sample.values.fill(0.0);
-  for (int corner = 0; corner < 8; ++corner) {
-    double weight = 1.0;
-    glm::ivec3 at = first;
-    for (int a = 0; a < 3; ++a) {
-      const bool up = corner >> a & 1;
-      weight *= up ? t[a] : 1.0 - t[a];
-      at[a] += up;
-    }
-    if (!(weight > 0.0)) continue;
-    const std::size_t i =
-        (std::size_t(at.z) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.x) +
-        std::size_t(at.x);
+  forCorners(size, grid * glm::dvec3(size) - 0.5, [&](std::size_t i, double weight) {
     for (std::size_t j = 0; j < fields.size(); ++j) {
       sample.values[j] +=
           weight * (domains[j].low + double(values[4 * i + j]) * domains[j].range());
     }
-  }
+  });
   return sample;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -38,7 +39,8 @@ Measures measure(const Picture& a, const Picture& b) {
 }
 
 nlohmann::json jsonOf(const Measures& m) {
-  return {{"psnr", std::isinf(m.psnr) ? nlohmann::json("inf") : nlohmann::json(m.psnr)},
+  // JSON has no infinity: equal pictures have none.
+  return {{"psnr", std::isfinite(m.psnr) ? nlohmann::json(m.psnr) : nlohmann::json()},
           {"ssim", m.ssim},
           {"dssim", m.dssim}};
 }
@@ -47,41 +49,128 @@ std::string textOf(const Measures& m) {
   return fmt::format("PSNR {:.2f} dB  SSIM {:.5f}  DSSIM {:.5f}", m.psnr, m.ssim, m.dssim);
 }
 
-void compareArchives(const Options& options) {
-  const auto first = std::make_shared<const Archive>(options.a);
-  const auto second = std::make_shared<const Archive>(options.b);
-  const auto device = gl::Device::create(options.look->backend());
-  Renderer left(device, first), right(device, second);
-  const Look start = options.look->look();
-  std::vector<long> cycles = first->cycles();
-  if (start.cycle || start.time) cycles = {cycleOf(start, *first)};
+/// What is compared of two archives: the first's step, field and view.
+struct Subject {
+  long cycle;
+  std::string field, view;
+};
+
+std::vector<std::string> together(std::vector<std::string> names,
+                                  const std::vector<std::string>& others) {
+  for (const std::string& name : others)
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  return names;
+}
+
+std::vector<Subject> subjectsOf(const Look& look, const Archive& first, const Archive& second) {
+  std::vector<long> cycles = first.cycles();
+  if (look.cycle || look.time) cycles = {cycleOf(look, first)};
   const std::vector<std::string> fields =
-      start.field.empty() ? first->fields() : std::vector{start.field};
+      look.field.empty() ? together(first.fields(), second.fields()) : std::vector{look.field};
   const std::vector<std::string> views =
-      start.view.empty() ? first->views() : std::vector{start.view};
-  nlohmann::json lines = nlohmann::json::array();
-  for (long cycle : cycles) {
+      look.view.empty() ? together(first.views(), second.views()) : std::vector{look.view};
+  std::vector<Subject> subjects;
+  for (const long cycle : cycles) {
     for (const std::string& field : fields) {
       for (const std::string& view : views) {
-        Look look = start;
-        look.time.reset();
-        look.cycle = cycle;
-        look.field = field;
-        look.view = view;
-        const Measures m = measure(left.render(look).picture, right.render(look).picture);
-        if (options.json) {
-          nlohmann::json line = jsonOf(m);
-          line["cycle"] = cycle;
-          line["field"] = field;
-          line["view"] = view;
-          lines.push_back(std::move(line));
-        } else {
-          fmt::print("cycle {}  {}  {}  {}\n", cycle, field, view, textOf(m));
-        }
+        const auto stores = [&](const Archive& archive) {
+          return std::any_of(archive.rows().begin(), archive.rows().end(), [&](const auto& row) {
+            return row.view == view && row.field == field;
+          });
+        };
+        // A field that no archive has in a view is missing in neither.
+        if (stores(first) || stores(second)) subjects.push_back({cycle, field, view});
       }
     }
   }
+  return subjects;
+}
+
+/// The step of another archive that a step is compared with: of the same cycle, else of the same
+/// time.
+long counterpartOf(long cycle, const Archive& first, const Archive& second) {
+  const std::vector<long> cycles = second.cycles();
+  if (std::find(cycles.begin(), cycles.end(), cycle) != cycles.end()) return cycle;
+  const double time = first.timeOf(cycle);
+  for (const long other : cycles) {
+    if (std::abs(second.timeOf(other) - time) <= 1e-9 * std::abs(time)) return other;
+  }
+  throw Error(ErrorCode::NotFound, fmt::format("archive {} has neither cycle {} nor time {:g}",
+                                               second.directory().string(), cycle, time));
+}
+
+/// Draws the first archive's look of a subject from both. Throws NotFound where one lacks it.
+class Comparison {
+ public:
+  Comparison(const std::shared_ptr<gl::Device>& device, std::shared_ptr<const Archive> first,
+             std::shared_ptr<const Archive> second)
+      : first_(std::move(first)),
+        second_(std::move(second)),
+        left_(device, first_),
+        right_(device, second_) {}
+
+  Measures of(const Subject& subject, Look look) {
+    look.time.reset();
+    look.cycle = subject.cycle;
+    look.field = subject.field;
+    look.view = subject.view;
+    const long other = counterpartOf(subject.cycle, *first_, *second_);
+    requireView(*first_, subject, subject.cycle);
+    requireView(*second_, subject, other);
+    look = left_.resolved(look);
+    const Picture left = left_.render(look).picture;
+    look.size = left.size;
+    look.cycle = other;
+    return measure(left, right_.render(look).picture);
+  }
+
+ private:
+  static void requireView(const Archive& archive, const Subject& subject, long cycle) {
+    for (const ArchiveRow& row : archive.rows()) {
+      if (row.cycle == cycle && row.view == subject.view && row.field == subject.field) return;
+    }
+    throw Error(ErrorCode::NotFound,
+                fmt::format("archive {} has nothing of field '{}' in view '{}' at cycle {}",
+                            archive.directory().string(), subject.field, subject.view, cycle));
+  }
+
+  std::shared_ptr<const Archive> first_, second_;
+  Renderer left_, right_;
+};
+
+void compareArchives(const Options& options) {
+  const auto first = std::make_shared<const Archive>(options.a);
+  const auto second = std::make_shared<const Archive>(options.b);
+  Comparison comparison(gl::Device::create(options.look->backend()), first, second);
+  const Look look = options.look->look();
+  nlohmann::json lines = nlohmann::json::array();
+  std::size_t compared = 0;
+  std::string missing;
+  for (const Subject& subject : subjectsOf(look, *first, *second)) {
+    nlohmann::json line{{"psnr", nullptr}, {"ssim", nullptr}, {"dssim", nullptr}};
+    try {
+      const Measures m = comparison.of(subject, look);
+      ++compared;
+      line = jsonOf(m);
+      if (!options.json) {
+        fmt::print("cycle {}  {}  {}  {}\n", subject.cycle, subject.field, subject.view, textOf(m));
+      }
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::NotFound) throw;
+      missing = error.what();
+      line["missing"] = missing;
+      fmt::print(stderr, "skipped: cycle {}, field '{}', view '{}': {}\n", subject.cycle,
+                 subject.field, subject.view, missing);
+    }
+    line["cycle"] = subject.cycle;
+    line["field"] = subject.field;
+    line["view"] = subject.view;
+    lines.push_back(std::move(line));
+  }
   if (options.json) fmt::print("{}\n", lines.dump(2));
+  if (compared > 0) return;
+  throw Error(ErrorCode::NotFound, "nothing of both archives could be compared" +
+                                       (missing.empty() ? "" : ": " + missing));
 }
 
 void run(const Options& options) {

@@ -87,6 +87,8 @@ std::vector<Look> looksOfTurn(const Look& look, double degrees, int frames) {
                                : 0.5 * degrees * std::sin(2.0 * std::numbers::pi * phase);
     looks.push_back(look);
     looks.back().rotate.azimuth = std::remainder(look.rotate.azimuth + azimuth, 360.0);
+    // What draws turned views draws the one between as well: else a frame would stand out.
+    if (looks.back().rotate.isZero()) looks.back().rotate.azimuth = 1e-6;
   }
   return looks;
 }

@@ -171,19 +171,26 @@ Renderer::~Renderer() {
   });
 }
 
-void Renderer::Impl::answer(const Look& look, long cycle, const std::string& field, ViewData& base,
-                            Rendered& out) {
+void Renderer::Impl::answer(const Look& look, long cycle, const std::string& field,
+                            const std::shared_ptr<ViewData>& baseView, Rendered& out) {
   if (!look.classifier.empty()) refuseOtherClassification(look);
+  ViewData& base = *baseView;
   const bool learns = look.color == Coloring::Learned;
-  Stacks answers = learns ? Stacks::None : stacksAnswer(look, cycle, field, base, out.camera, out);
+  const bool own = ownPictureAnswers(look, cycle, field, base, out.camera);
+  const bool asStored = learns || own;
+  Stacks answers =
+      asStored ? Stacks::None : stacksAnswer(look, cycle, field, base, out.camera, out);
   std::string stated;
   const bool fromField =
-      !learns && fieldAnswers(look, cycle, field, base, out.camera, answers, stated);
+      !asStored && fieldAnswers(look, cycle, field, base, out.camera, answers, stated);
   if (fromField) answers = Stacks::None;
-  ViewData& view = fromField                 ? views->get(cycle, kFieldView, field)
-                   : answers != Stacks::None ? base
-                                             : sourceFor(look, cycle, field, base, out.camera, out);
-  StackSource* grid = answers == Stacks::Grid ? &stacksOf(cycle, field) : nullptr;
+  const std::shared_ptr<ViewData> source =
+      fromField                        ? views->get(cycle, kFieldView, field)
+      : own || answers != Stacks::None ? baseView
+                                       : sourceFor(look, cycle, field, baseView, out.camera, out);
+  ViewData& view = *source;
+  const std::shared_ptr<StackSource> grid =
+      answers == Stacks::Grid ? stacksOf(cycle, field) : nullptr;
   const ProxyHeader& header = grid ? grid->header() : view.header();
   const TransferFunction function =
       functionOf(look, header, grid ? &*header.partition : view.partition());
@@ -192,6 +199,10 @@ void Renderer::Impl::answer(const Look& look, long cycle, const std::string& fie
   if (grid || fromField) out.camera.pixelAspect = 1.0;
   if (learns) {
     drawLearned(look, view, function, out);
+  } else if (own) {
+    drawReference(view, out);
+    out.notes.push_back(
+        "it is exact: the look changes nothing of the run's opacity, colour and light");
   } else if (grid) {
     drawStackGrid(look, *grid, function, viewSize, out);
   } else if (answers == Stacks::Pieces) {
@@ -248,7 +259,7 @@ Rendered Renderer::render(const Look& look) {
   const long cycle = cycleOf(look, archive);
   const std::unique_ptr<Classifier> classifier = classifierOf(look);
   self.device->run([&] {
-    if (FeatureSource* features = self.featuresOf(look, classifier.get(), cycle)) {
+    if (const auto features = self.featuresOf(look, classifier.get(), cycle)) {
       if (look.isCustomized()) {
         throw Error(ErrorCode::Config,
                     "look key 'customization' is not for stored features: take a field");
@@ -266,15 +277,78 @@ Rendered Renderer::render(const Look& look) {
         look.field.empty() && classifier ? classifier->fields().front() : look.field;
     const std::string field = chosen(wanted, archive.fields(), archive, "field");
     const std::string viewName = chosen(look.view, archive.views(), archive, "view");
-    ViewData& base = self.views->get(cycle, viewName, field);
-    out.camera = self.cameraOf(look, base);
+    const std::shared_ptr<ViewData> base = self.views->get(cycle, viewName, field);
+    out.camera = self.cameraOf(look, *base);
     if (classifier && !isTransferFunction(*classifier, look)) {
-      self.drawClassified(look, *classifier, cycle, base, out);
+      self.drawClassified(look, *classifier, cycle, *base, out);
     } else {
       self.answer(look, cycle, field, base, out);
     }
   });
   return out;
+}
+
+namespace {
+
+/// A classifier with its defaults filled in from the fields of an archive's step.
+std::string resolvedClassifier(const Classifier& classifier, const Archive& archive, long cycle,
+                               double referenceLength) {
+  std::vector<FieldDomain> domains;
+  for (const std::string& field : classifier.fields()) {
+    const auto& rows = archive.rows();
+    const auto row = std::find_if(rows.begin(), rows.end(), [&](const ArchiveRow& each) {
+      return each.cycle == cycle && each.field == field;
+    });
+    if (row == rows.end()) {
+      throw Error(ErrorCode::NotFound, "cycle " + std::to_string(cycle) + " of archive " +
+                                           archive.directory().string() + " has no field '" +
+                                           field + "'");
+    }
+    const ProxyHeader header = archive.open(*row).header();
+    const FieldStatistics& statistics = header.statistics;
+    domains.push_back(fieldDomain(
+        header.partition ? *header.partition
+                         : IntervalPartition::uniform(statistics.low, statistics.high, 1),
+        statistics));
+  }
+  return classifier.resolved(domains, referenceLength)->json().dump();
+}
+
+}  // namespace
+
+Look Renderer::resolved(const Look& look) {
+  look.validate();
+  Impl& self = *impl_;
+  const Archive& archive = *self.archive;
+  const auto classifier = classifierOf(look);
+  Look result = look;
+  result.cycle = cycleOf(look, archive);
+  result.time.reset();
+  const std::string wanted =
+      look.field.empty() && classifier ? classifier->fields().front() : look.field;
+  result.field = chosen(wanted, archive.fields(), archive, "field");
+  result.view = chosen(look.view, archive.views(), archive, "view");
+  if (!classifier && FeatureSource::has(archive, *result.cycle, result.field)) return result;
+  self.device->run([&] {
+    const auto view = self.views->get(*result.cycle, result.view, result.field);
+    Look plain = look;
+    plain.classifier.clear();
+    plain.features.clear();
+    plain.factors.clear();
+    const TransferFunction function = functionOf(plain, view->header(), view->partition());
+    result.referenceLength = function.referenceLength();
+    if (classifier) {
+      result.classifier =
+          resolvedClassifier(*classifier, archive, *result.cycle, function.referenceLength());
+      return;
+    }
+    result.opacity = function.opacityPoints();
+    result.colorRange = {function.colorLow(), function.colorHigh()};
+    const auto names = Colormap::names();
+    const std::string& name = function.colormap().name();
+    if (std::find(names.begin(), names.end(), name) != names.end()) result.colormap = name;
+  });
+  return result;
 }
 
 std::optional<Renderer::OwnLook> Renderer::ownLook(const Look& look) {
@@ -287,7 +361,8 @@ std::optional<Renderer::OwnLook> Renderer::ownLook(const Look& look) {
   bool both = false;
   self.device->run([&] {
     if (FeatureSource::has(archive, cycle, field)) return;
-    ViewData& view = self.views->get(cycle, own.view, field);
+    const std::shared_ptr<ViewData> stored = self.views->get(cycle, own.view, field);
+    ViewData& view = *stored;
     if (!view.has(kind::kSliced) || !view.has(kind::kReference)) return;
     const ProxyImage reference = view.image(kind::kReference);
     const ProxyHeader& header = view.stack().header;

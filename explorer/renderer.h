@@ -34,6 +34,11 @@ class Renderer {
   /// Throws Config for a look that makes no sense, NotFound naming what the archive has instead.
   Rendered render(const Look& look);
 
+  /// The look with what it leaves to the archive filled in: step, field, view, and the run's
+  /// opacity, reference length, colour map and range in the field's units, or its classifier's
+  /// centres and widths. Any archive draws it the same.
+  Look resolved(const Look& look);
+
   /// The run's own picture of the look's step, field and view, and the one that the view's stack
   /// makes of the same transfer function: the measured error of the stack. Nothing when the view
   /// does not store both, or the picture is lit.

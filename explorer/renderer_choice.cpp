@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "explorer/renderer_impl.h"
@@ -17,10 +18,22 @@ std::string numberOf(double value) {
 
 }  // namespace
 
-bool isEdited(const Look& look) {
-  return look.opacity || look.referenceLength || !look.classifier.empty() ||
-         !look.colormap.empty() || look.colorRange || look.isCustomized() ||
-         !look.factors.empty() || look.shading == Shading::Phong || look.ao.on;
+bool isEdited(const Look& look, const ViewData& view) {
+  if (!look.classifier.empty() || look.isCustomized() || look.shading == Shading::Phong ||
+      look.ao.on || look.enhance.on) {
+    return true;
+  }
+  if (!look.opacity && !look.referenceLength && look.colormap.empty() && !look.colorRange &&
+      look.factors.empty()) {
+    return false;
+  }
+  const ProxyHeader& header = view.header();
+  if (!header.base) return true;
+  TransferFunction function = functionOf(look, header, view.partition());
+  const auto& factors = function.factors();
+  if (std::all_of(factors.begin(), factors.end(), [](double factor) { return factor == 1.0; }))
+    function.setFactors({});
+  return toJson(function) != toJson(*header.base);
 }
 
 Camera Renderer::Impl::cameraOf(const Look& look, const ViewData& base) const {
@@ -40,41 +53,52 @@ Camera Renderer::Impl::cameraOf(const Look& look, const ViewData& base) const {
   return turned;
 }
 
-ViewData& Renderer::Impl::sourceFor(const Look& look, long cycle, const std::string& field,
-                                    ViewData& base, const Camera& target, Rendered& out) {
-  if (look.rotate.isZero()) return base;
-  ViewData* best = &base;
-  double alignment = glm::dot(base.header().camera.forward, target.forward);
-  if (look.source == Source::Virtual &&
-      base.header().camera.projection != Projection::MultiPerspective) {
-    alignment = -2.0;
+bool Renderer::Impl::ownPictureAnswers(const Look& look, long cycle, const std::string& field,
+                                       const ViewData& base, const Camera& target) const {
+  if (look.source != Source::Auto || look.color == Coloring::Learned || look.needsGrid() ||
+      look.via != Via::Auto || look.order != Order::Auto) {
+    return false;
   }
-  for (const std::string& name : archive->views()) {
-    const auto stores = [&](std::string_view proxy) {
-      return archive->find(cycle, name, field, proxy) != nullptr;
-    };
-    const bool layers = stores(kind::kDepth) || stores(kind::kLength);
-    if (look.source == Source::Layered   ? !stores(kind::kLayered)
-        : look.source == Source::Virtual ? !stores(kind::kLength)
-                                         : !layers && !stores(kind::kLayered)) {
-      continue;
-    }
-    ViewData& view = views->get(cycle, name, field);
-    if (look.source == Source::Virtual &&
-        view.header().camera.projection != Projection::MultiPerspective) {
-      continue;
-    }
-    const double dot = glm::dot(view.header().camera.forward, target.forward);
-    if (dot <= alignment + 1e-9) continue;
+  if (target != base.header().camera || !base.has(kind::kReference) ||
+      base.isCustomized(kind::kReference) || isEdited(look, base)) {
+    return false;
+  }
+  // A field is sharper where more pixels are asked for than the run drew.
+  const ImageSize stored = squarePixels(base.header().size, base.header().camera.pixelAspect);
+  const bool larger =
+      look.size && look.size->width > stored.width && look.size->height > stored.height;
+  return !larger || !archive->find(cycle, kFieldView, field, kind::kField);
+}
+
+std::shared_ptr<ViewData> Renderer::Impl::sourceFor(const Look& look, long cycle,
+                                                    const std::string& field,
+                                                    const std::shared_ptr<ViewData>& base,
+                                                    const Camera& target, Rendered& out) {
+  if (look.rotate.isZero()) return base;
+  const auto answers = [&](const ViewSummary& view) {
+    const bool distorted = view.camera.projection == Projection::MultiPerspective;
+    return look.source == Source::Layered   ? view.layered
+           : look.source == Source::Virtual ? view.length && distorted
+                                            : view.depth || view.length || view.layered;
+  };
+  const auto summaries = views->summaries(cycle, field);
+  const ViewSummary* best = nullptr;
+  double alignment = -2.0;
+  for (const ViewSummary& view : *summaries) {
+    if (!answers(view)) continue;
+    const double dot = glm::dot(view.camera.forward, target.forward);
+    // Of views that look the same way the look's own.
+    const bool own = view.name == base->header().view;
+    if (best && dot <= alignment + (own ? -1e-9 : 1e-9)) continue;
     alignment = dot;
     best = &view;
   }
-  alignment = glm::dot(best->header().camera.forward, target.forward);
+  if (!best) return base;
   out.notes.push_back(
-      "view '" + best->header().view + "' answers: it looks within " +
+      "view '" + best->name + "' answers: it looks within " +
       numberOf(std::acos(std::clamp(alignment, -1.0, 1.0)) * 180.0 / std::numbers::pi) +
       " degrees of the direction asked for");
-  return *best;
+  return best->name == base->header().view ? base : views->get(cycle, best->name, field);
 }
 
 Via Renderer::Impl::viaOf(const Look& look, ViewData& view, Rendered& out) const {
@@ -166,7 +190,7 @@ bool Renderer::Impl::fieldAnswers(const Look& look, long cycle, const std::strin
   }
   if (look.source != Source::Auto) return false;
   if (target.projection == Projection::MultiPerspective) return false;  // as stored, or not at all
-  const Asked asked{target != base.header().camera, isEdited(look)};
+  const Asked asked{target != base.header().camera, isEdited(look, base)};
   const auto other = otherThanField(look, cycle, field, base, sliced, asked);
   if (grid && !there && !other) missing(key);
   if (!other) return there;
@@ -222,7 +246,7 @@ Renderer::Impl::Stacks Renderer::Impl::stacksAnswer(const Look& look, long cycle
     if (!lit || base.has(kind::kDepth)) return Stacks::Pieces;
   } else if (stored && !wanted) {
     // A view of pictures only cannot be edited; stacks can.
-    if (flat || base.has(kind::kDepth) || !isEdited(look)) return Stacks::None;
+    if (flat || base.has(kind::kDepth) || !isEdited(look, base)) return Stacks::None;
   }
   if (look.enhance.on) {
     if (!wanted && (flat || base.has(kind::kDepth))) return Stacks::None;

@@ -44,22 +44,24 @@ void refuseOtherClassification(const Look& look) {
   }
 }
 
-ClassifiedSource& Renderer::Impl::classifiedOf(long cycle, const std::vector<std::string>& fields) {
+std::shared_ptr<ClassifiedSource> Renderer::Impl::classifiedOf(
+    long cycle, const std::vector<std::string>& fields) {
   if (!classified || !classified->is(cycle, fields)) {
     classified.reset();  // before the next takes its memory
-    classified = std::make_unique<ClassifiedSource>(*archive, cycle, fields);
+    classified = std::make_shared<ClassifiedSource>(*archive, cycle, fields);
   }
-  return *classified;
+  return classified;
 }
 
-FeatureSource* Renderer::Impl::featuresOf(const Look& look, const Classifier* classifier,
-                                          long cycle) {
+std::shared_ptr<FeatureSource> Renderer::Impl::featuresOf(const Look& look,
+                                                          const Classifier* classifier,
+                                                          long cycle) {
   const auto take = [&](const std::string& name) {
     if (!features || !features->is(cycle, name)) {
       features.reset();
-      features = std::make_unique<FeatureSource>(*archive, cycle, name);
+      features = std::make_shared<FeatureSource>(*archive, cycle, name);
     }
-    return features.get();
+    return features;
   };
   const std::vector<std::string> fields = archive->fields();
   const std::string field = look.field.empty() && !fields.empty() ? fields.front() : look.field;
@@ -67,7 +69,7 @@ FeatureSource* Renderer::Impl::featuresOf(const Look& look, const Classifier* cl
   if (look.source != Source::Auto && look.source != Source::Features) return nullptr;
   for (const std::string& name : fields) {
     if (!FeatureSource::has(*archive, cycle, name)) continue;
-    FeatureSource* source = take(name);
+    std::shared_ptr<FeatureSource> source = take(name);
     const FeatureOrigin& origin = source->origin();
     if (classifier->fields() == origin.classifier->fields() &&
         source->finds(*classifier->resolved(origin.domains, origin.referenceLength))) {
@@ -93,9 +95,9 @@ void Renderer::Impl::drawFeatures(const Look& look, FeatureSource& source,
       viewName = view;
     }
   }
-  ViewData& base = views->get(cycle, viewName, name);
-  const ProxyHeader& header = base.header();
-  out.camera = cameraOf(look, base);
+  const std::shared_ptr<ViewData> base = views->get(cycle, viewName, name);
+  const ProxyHeader& header = base->header();
+  out.camera = cameraOf(look, *base);
   const bool stored = out.camera == header.camera;
   const FeatureOrigin& origin = source.origin();
   const double referenceLength = look.referenceLength.value_or(origin.referenceLength);
@@ -132,7 +134,8 @@ void Renderer::Impl::drawClassified(const Look& look, const Classifier& classifi
   const Camera camera = fittedCamera(out.camera, viewSize, size);
   VolumeView view;
   std::optional<TransferFunction> function;
-  ClassifiedSource& source = classifiedOf(cycle, classifier.fields());
+  const std::shared_ptr<ClassifiedSource> held = classifiedOf(cycle, classifier.fields());
+  ClassifiedSource& source = *held;
   const auto resolved = source.resolved(classifier, referenceLength);
   if (const MaximumLook* maximum = resolved->maximum()) {
     function = functionOfMaximum(*maximum, referenceLength);

@@ -54,17 +54,18 @@ ChannelTable Renderer::Impl::tableOf(Via via, ViewData& view,
   return tableForAttenuation(look, view.header().base->onIntervals(partition));
 }
 
-const CustomTextures* Renderer::Impl::customOf(const Look& look, const ProxyHeader& header,
-                                               Rendered& out) {
+std::shared_ptr<const CustomTextures> Renderer::Impl::customOf(const Look& look,
+                                                               const ProxyHeader& header,
+                                                               Rendered& out) {
   if (!look.isCustomized()) return nullptr;
   if (!custom || !custom->is(*look.customization, header.domain))
-    custom.emplace(*look.customization, header.domain);
+    custom = std::make_shared<CustomTextures>(*look.customization, header.domain);
   if (custom->hasValues()) {
     out.notes.push_back(
         "customisation: values are baked into layers, so gamma and functions have no part; factors "
         "of opacity and shifts of colour do");
   }
-  return &*custom;
+  return custom;
 }
 
 std::optional<gl::Texture> Renderer::Impl::lightOf(const Look& look, ViewData& view,
@@ -174,7 +175,7 @@ void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const Transfer
     light =
         layer->light(layers, lightSetup(look, header.camera, out.camera, header.domain.diagonal()));
   }
-  const CustomTextures* customizing = customOf(look, header, out);
+  const std::shared_ptr<const CustomTextures> customizing = customOf(look, header, out);
   std::optional<gl::Texture> customized;
   if (customizing) customized = layer->customized(layers, colors, *customizing);
   const ImageSize size = look.size.value_or(layers.size);
@@ -189,8 +190,9 @@ void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const Transfer
 void Renderer::Impl::drawLayered(const Look& look, ViewData& view, Rendered& out) {
   const LayeredTextures& layers = view.layered();
   const ImageSize size = look.size.value_or(layers.size);
+  const std::shared_ptr<const CustomTextures> customizing = customOf(look, view.header(), out);
   LayeredView drawn = layered->render(layers, fittedCamera(out.camera, layers.size, size), size,
-                                      look.trust, customOf(look, view.header(), out));
+                                      look.trust, customizing.get());
   out.picture = std::move(drawn.picture);
   out.notes.push_back("layered answers: " + std::to_string(layers.layers) +
                       " piecewise-analytic layers; opacity, colour and light (" + layers.shading +
@@ -245,12 +247,12 @@ void Renderer::Impl::drawField(const Look& look, ViewData& stored, ImageSize vie
   out.notes.push_back(source.note());
 }
 
-StackSource& Renderer::Impl::stacksOf(long cycle, const std::string& field) {
+std::shared_ptr<StackSource> Renderer::Impl::stacksOf(long cycle, const std::string& field) {
   if (!stacks || !stacks->is(cycle, field)) {
     stacks.reset();  // before the next takes its memory
-    stacks = std::make_unique<StackSource>(*archive, cycle, field);
+    stacks = std::make_shared<StackSource>(*archive, cycle, field);
   }
-  return *stacks;
+  return stacks;
 }
 
 void Renderer::Impl::drawStackPieces(const Look& look, ViewData& view,
@@ -315,10 +317,11 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
   Source source = look.source;
   if (source == Source::Auto) {
     const bool onlyLayered = view.has(kind::kLayered) && !layers;
-    // Virtual rays have no surfaces to be lit.
+    // Where depth is stored, undistorted layers are truer. Virtual rays have no surfaces to be lit.
     const bool rays = view.header().camera.projection == Projection::MultiPerspective &&
-                      view.has(kind::kLength) && look.via != Via::Attenuation &&
-                      look.shading == Shading::None && !look.ao.on && !look.enhance.on;
+                      view.has(kind::kLength) && !view.has(kind::kDepth) &&
+                      look.via != Via::Attenuation && look.shading == Shading::None &&
+                      !look.ao.on && !look.enhance.on;
     const bool places = look.isCustomized() && (layers || onlyLayered);
     source = places                       ? layers ? Source::Layers : Source::Layered
              : !stored                    ? onlyLayered ? Source::Layered
@@ -348,7 +351,7 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
                     (source == Source::Volume ? "lengths or attenuation to recompose"
                                               : "depth layers or lengths to warp"));
   }
-  if (look.source == Source::Auto && isEdited(look) &&
+  if (look.source == Source::Auto && isEdited(look, view) &&
       (source == Source::Reference || source == Source::Layered)) {
     out.notes.push_back(
         "the opacity, colour or light that the look asks for is not in this picture: nothing that "
@@ -373,12 +376,18 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
       noteCustomized(view, kind::kMip, out);
       return;
     default:
-      out.picture = referencePicture(view.image(kind::kReference));
-      out.notes.push_back(
-          "reference answers: the run's own rendering; opacity and colour are baked in");
-      noteCustomized(view, kind::kReference, out);
+      drawReference(view, out);
       return;
   }
+}
+
+void Renderer::Impl::drawReference(const ViewData& view, Rendered& out) {
+  const ProxyImage image = view.image(kind::kReference);
+  out.picture = referencePicture(image);
+  out.camera.pixelAspect = image.header.camera.pixelAspect;
+  out.notes.push_back(
+      "reference answers: the run's own rendering; opacity and colour are baked in");
+  noteCustomized(view, kind::kReference, out);
 }
 
 }  // namespace vestige

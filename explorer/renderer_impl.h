@@ -28,14 +28,15 @@ struct Renderer::Impl {
   std::unique_ptr<LayeredPass> layered;
   std::unique_ptr<VirtualPass> virtualRays;
   std::unique_ptr<LearnedPass> learned;
-  std::unique_ptr<StackSource> stacks;           ///< those that were asked for last
-  std::unique_ptr<ClassifiedSource> classified;  ///< likewise
-  std::unique_ptr<FeatureSource> features;       ///< likewise
-  std::optional<CustomTextures> custom;          ///< of layers, likewise
+  // What was asked for last. Who draws with it holds it, whatever is asked for meanwhile.
+  std::shared_ptr<StackSource> stacks;
+  std::shared_ptr<ClassifiedSource> classified;
+  std::shared_ptr<FeatureSource> features;
+  std::shared_ptr<const CustomTextures> custom;  ///< of layers
 
   /// Finds who answers a look without a classifier, draws and finishes.
-  void answer(const Look& look, long cycle, const std::string& field, ViewData& base,
-              Rendered& out);
+  void answer(const Look& look, long cycle, const std::string& field,
+              const std::shared_ptr<ViewData>& base, Rendered& out);
   /// Trust, size, annotations and background of a picture that is drawn. `viewSize`: what
   /// out.camera was made for; `function`: for the colour bar, may be null; `legend`: of the
   /// features, in its place.
@@ -46,9 +47,15 @@ struct Renderer::Impl {
   /// nothing jumps when they are turned, unless the look asks for what is stored as it is, or
   /// nothing else is.
   Camera cameraOf(const Look& look, const ViewData& base) const;
-  /// The view that answers: the stored one that looks most nearly along the target's direction.
-  ViewData& sourceFor(const Look& look, long cycle, const std::string& field, ViewData& base,
-                      const Camera& target, Rendered& out);
+  /// The view that answers: of those that store what the look's source needs, the one that looks
+  /// most nearly along the target's direction.
+  std::shared_ptr<ViewData> sourceFor(const Look& look, long cycle, const std::string& field,
+                                      const std::shared_ptr<ViewData>& base, const Camera& target,
+                                      Rendered& out);
+  /// Whether the run's own picture of the view answers: nothing that the look asks for differs from
+  /// what it shows.
+  bool ownPictureAnswers(const Look& look, long cycle, const std::string& field,
+                         const ViewData& base, const Camera& target) const;
   void drawVolume(const Look& look, ViewData& view, const TransferFunction& function, Via via,
                   Rendered& out);
   void drawLayers(const Look& look, ViewData& view, const TransferFunction& function,
@@ -78,26 +85,31 @@ struct Renderer::Impl {
   /// stated error is less. `stated`: what of the error is known, in a sentence; may stay empty.
   bool fieldAnswers(const Look& look, long cycle, const std::string& field, const ViewData& base,
                     const Camera& target, Stacks sliced, std::string& stated) const;
-  StackSource& stacksOf(long cycle, const std::string& field);
+  std::shared_ptr<StackSource> stacksOf(long cycle, const std::string& field);
   /// The features that a look with a classifier can be drawn from: those that it names as its
   /// field, or those that its classifier finds. Null: none of them.
-  FeatureSource* featuresOf(const Look& look, const Classifier* classifier, long cycle);
+  std::shared_ptr<FeatureSource> featuresOf(const Look& look, const Classifier* classifier,
+                                            long cycle);
   /// Draws features as the run integrated them; `classifier` has the looks.
   void drawFeatures(const Look& look, FeatureSource& source, const Classifier* classifier,
                     long cycle, Rendered& out);
   /// Draws fields, classified anew. `base` is a view of the first of them.
   void drawClassified(const Look& look, const Classifier& classifier, long cycle, ViewData& base,
                       Rendered& out);
-  ClassifiedSource& classifiedOf(long cycle, const std::vector<std::string>& fields);
+  std::shared_ptr<ClassifiedSource> classifiedOf(long cycle,
+                                                 const std::vector<std::string>& fields);
   void drawStackPieces(const Look& look, ViewData& view, const TransferFunction& function,
                        Rendered& out);
   void drawStackGrid(const Look& look, StackSource& source, const TransferFunction& function,
                      ImageSize viewSize, Rendered& out);
   /// Of a look that customises, over the domain of layers; notes what is baked into them.
-  const CustomTextures* customOf(const Look& look, const ProxyHeader& header, Rendered& out);
+  std::shared_ptr<const CustomTextures> customOf(const Look& look, const ProxyHeader& header,
+                                                 Rendered& out);
   /// The light of the view's depth layers, if the look wants any.
   std::optional<gl::Texture> lightOf(const Look& look, ViewData& view, const Rendered& out);
   void draw(const Look& look, ViewData& view, const TransferFunction& function, Rendered& out);
+  /// The picture of the run's own renderer.
+  static void drawReference(const ViewData& view, Rendered& out);
   ChannelTable tableOf(Via via, ViewData& view, const TransferFunction& function) const;
   Via viaOf(const Look& look, ViewData& view, Rendered& out) const;
 };
@@ -106,8 +118,9 @@ struct Renderer::Impl {
 std::unique_ptr<Classifier> classifierOf(const Look& look);
 /// Throws Config naming a key that says once more what the look's classifier does.
 void refuseOtherClassification(const Look& look);
-/// Whether a look asks for other opacity, colour or light than the run's base.
-bool isEdited(const Look& look);
+/// Whether a look asks for other opacity, colour or light than the run's base, which is that of
+/// the view; what it gives in the run's own numbers is no edit.
+bool isEdited(const Look& look, const ViewData& view);
 /// The run's base transfer function with what the look changes, or its classifier of one value.
 TransferFunction functionOf(const Look& look, const ProxyHeader& header,
                             const IntervalPartition* partition);

@@ -151,17 +151,38 @@ const std::vector<double>& ViewData::isovalues() {
   return isovalues_;
 }
 
-ViewData& ViewCache::get(long cycle, const std::string& view, const std::string& field) {
+std::shared_ptr<ViewData> ViewCache::get(long cycle, const std::string& view,
+                                         const std::string& field) {
   for (auto entry = entries_.begin(); entry != entries_.end(); ++entry) {
     if (entry->cycle == cycle && entry->view == view && entry->field == field) {
       entries_.splice(entries_.begin(), entries_, entry);
-      return *entries_.front().data;
+      return entries_.front().data;
     }
   }
-  auto data = std::make_unique<ViewData>(archive_, cycle, view, field);
+  auto data = std::make_shared<ViewData>(archive_, cycle, view, field);
   if (entries_.size() >= kKept) entries_.pop_back();
-  entries_.push_front({cycle, view, field, std::move(data)});
-  return *entries_.front().data;
+  entries_.push_front({cycle, view, field, data});
+  return data;
+}
+
+std::shared_ptr<const std::vector<ViewSummary>> ViewCache::summaries(long cycle,
+                                                                     const std::string& field) {
+  if (summaries_ && summarised_ == std::pair(cycle, field)) return summaries_;
+  auto made = std::make_shared<std::vector<ViewSummary>>();
+  for (const std::string& name : archive_.views()) {
+    const auto stored = [&](std::string_view proxy) {
+      return archive_.find(cycle, name, field, proxy);
+    };
+    const ArchiveRow *depth = stored(kind::kDepth), *length = stored(kind::kLength),
+                     *layered = stored(kind::kLayered);
+    const ArchiveRow* any = length ? length : depth ? depth : layered;
+    if (!any) continue;
+    made->push_back({name, archive_.open(*any).header().camera, depth != nullptr, length != nullptr,
+                     layered != nullptr});
+  }
+  summaries_ = std::move(made);
+  summarised_ = {cycle, field};
+  return summaries_;
 }
 
 }  // namespace vestige

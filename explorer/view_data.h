@@ -6,6 +6,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "explorer/edit_pass.h"
 #include "explorer/field_source.h"
@@ -72,21 +74,35 @@ class ViewData {
   std::vector<double> isovalues_;
 };
 
-/// The few views that were asked for last.
+/// Where a view of a step looks from, and what of it can be seen from elsewhere.
+struct ViewSummary {
+  std::string name;
+  Camera camera;
+  bool depth = false, length = false, layered = false;
+};
+
+/// The few views that were asked for last. Who holds a view keeps it: it outlives its place here,
+/// but not the archive.
 class ViewCache {
  public:
+  static constexpr std::size_t kKept = 4;
+
   explicit ViewCache(const Archive& archive) : archive_(archive) {}
-  ViewData& get(long cycle, const std::string& view, const std::string& field);
+  std::shared_ptr<ViewData> get(long cycle, const std::string& view, const std::string& field);
+  /// The views of a step's field that can be warped or cast, from headers alone: choosing among
+  /// many decodes none of them.
+  std::shared_ptr<const std::vector<ViewSummary>> summaries(long cycle, const std::string& field);
 
  private:
-  static constexpr std::size_t kKept = 4;
   struct Entry {
     long cycle;
     std::string view, field;
-    std::unique_ptr<ViewData> data;
+    std::shared_ptr<ViewData> data;
   };
   const Archive& archive_;
   std::list<Entry> entries_;  ///< the latest first
+  std::shared_ptr<const std::vector<ViewSummary>> summaries_;
+  std::pair<long, std::string> summarised_;
 };
 
 }  // namespace vestige

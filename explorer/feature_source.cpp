@@ -68,11 +68,17 @@ bool FeatureSource::finds(const Classifier& classifier) const {
                     });
 }
 
-const FeatureStack& FeatureSource::stack(const std::string& view) {
-  const auto found = stacks_.find(view);
-  if (found != stacks_.end()) return found->second;
+std::shared_ptr<const FeatureStack> FeatureSource::stack(const std::string& view) {
+  for (auto kept = stacks_.begin(); kept != stacks_.end(); ++kept) {
+    if (kept->first != view) continue;
+    stacks_.splice(stacks_.begin(), stacks_, kept);
+    return stacks_.front().second;
+  }
   const ArchiveRow* row = archive_.find(cycle_, view, name_, kind::kSlicedFeatures);
-  return stacks_.emplace(view, readFeatureStack(archive_.open(*row))).first->second;
+  auto made = std::make_shared<const FeatureStack>(readFeatureStack(archive_.open(*row)));
+  if (stacks_.size() >= kKept) stacks_.pop_back();
+  stacks_.emplace_front(view, made);
+  return made;
 }
 
 FeatureSource::Drawn FeatureSource::draw(const Look& look, const std::string& view,
@@ -81,7 +87,8 @@ FeatureSource::Drawn FeatureSource::draw(const Look& look, const std::string& vi
   const bool lit = look.shading == Shading::Phong || look.ao.on;
   const bool flat = atStoredView && !lit && !look.needsGrid();
   if (flat && std::count(stackViews_.begin(), stackViews_.end(), view)) {
-    const FeatureStack& own = stack(view);
+    const std::shared_ptr<const FeatureStack> held = stack(view);
+    const FeatureStack& own = *held;
     RecomposedFeatures made = recomposed(own, optics, look.trust);
     return {std::move(made.picture),
             {},
@@ -123,7 +130,7 @@ FeatureSource::Drawn FeatureSource::drawGrid(const Look& look,
                                              const Camera& camera, ImageSize size) {
   if (!weights_) {
     std::vector<FeatureStack> stacks;
-    for (const std::string& view : fused_) stacks.push_back(stack(view));
+    for (const std::string& view : fused_) stacks.push_back(*stack(view));
     weights_ = fusedFeatures(stacks);
   }
   if (!grid_ || !equal(drawn_, optics)) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <map>
+#include <list>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "explorer/feature_grid.h"
@@ -44,7 +46,7 @@ class FeatureSource {
              std::span<const ChannelOptics> optics, const Camera& camera, ImageSize size);
 
  private:
-  const FeatureStack& stack(const std::string& view);
+  std::shared_ptr<const FeatureStack> stack(const std::string& view);
   Drawn drawGrid(const Look& look, std::span<const ChannelOptics> optics, const Camera& camera,
                  ImageSize size);
 
@@ -53,7 +55,9 @@ class FeatureSource {
   std::string name_;
   ProxyHeader header_;
   std::vector<std::string> stackViews_;
-  std::map<std::string, FeatureStack> stacks_;
+  static constexpr std::size_t kKept = 4;
+  /// The stacks that were asked for last, the latest first.
+  std::list<std::pair<std::string, std::shared_ptr<const FeatureStack>>> stacks_;
   std::vector<std::string> fused_;  ///< views whose stacks the grid is made of
   std::optional<FeatureGrid> weights_;
   std::optional<LookGrid> grid_;

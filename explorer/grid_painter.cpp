@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "explorer/grid_painter.h"
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "proxy/error.h"
@@ -167,7 +169,25 @@ VolumeView GridPainter::draw(LookGrid& grid, const Look& look, const TransferFun
     }
     setup.occlusion = &*occlusion_;
   }
-  return pass_.render(grid, setup);
+  VolumeView view = pass_.render(grid, setup);
+  if (look.trust && grid.wrong) view.doubt = doubtOf(grid, setup, view.picture);
+  return view;
+}
+
+std::vector<float> GridPainter::doubtOf(const LookGrid& grid, VolumeSetup setup,
+                                        const Picture& likely) {
+  // What is hidden may come out.
+  setup.skip = false;
+  std::vector<float> doubt(likely.size.pixels(), 0.0f);
+  for (const double way : {-1.0, 1.0}) {
+    setup.doubt = way;
+    const Picture other = pass_.render(grid, setup).picture;
+    for (std::size_t i = 0; i < doubt.size(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c)
+        doubt[i] = std::max(doubt[i], std::abs(other.rgba[4 * i + c] - likely.rgba[4 * i + c]));
+    }
+  }
+  return doubt;
 }
 
 }  // namespace vestige

@@ -35,6 +35,8 @@ class GridPainter {
                      const IntervalPartition* partition, VolumeSetup& setup);
   void prepareCustom(const LookGrid& grid, const Look& look, const TransferFunction& function,
                      const IntervalPartition* partition, const Box& domain);
+  /// The picture drawn twice more, with all values as far below and above as they may be.
+  std::vector<float> doubtOf(const LookGrid& grid, VolumeSetup setup, const Picture& likely);
 
   VolumePass pass_;
   std::string tableKey_, occlusionKey_;

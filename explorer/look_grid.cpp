@@ -260,6 +260,13 @@ void LookGrid::setGuess(glm::ivec3 guessSize, std::span<const std::uint8_t> shar
   uploadSlab(*guess, guessSize, 0, guessSize.z, GL_RED, GL_UNSIGNED_BYTE, share.data());
 }
 
+void LookGrid::setWrong(std::span<const std::uint8_t> far, double unit) {
+  checkCount(size, far.size(), 1);
+  wrong = texture3D(GL_R8, size, GL_LINEAR);
+  uploadSlab(*wrong, size, 0, size.z, GL_RED, GL_UNSIGNED_BYTE, far.data());
+  wrongUnit = 255.0 * unit;
+}
+
 void LookGrid::setOccupied(std::span<const std::uint8_t> occupied) {
   const std::size_t count = std::size_t(bricks.x) * std::size_t(bricks.y) * std::size_t(bricks.z);
   if (occupied.size() != count) {

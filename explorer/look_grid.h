@@ -45,6 +45,9 @@ struct LookGrid {
   double scale = 1.0;                 ///< optics: extinction of a texel of 1, 1 / world unit
   double valueUnit = 1.0;             ///< scalar: value = texel * unit + zero
   double valueZero = 0.0;
+  /// Scalar: R8, 3-D, filtered: how far each value may be wrong, 1 = `wrongUnit` texels.
+  std::optional<gl::Texture> wrong;
+  double wrongUnit = 0.0;
   std::optional<gl::Texture> guess;    ///< R8, 3-D, filtered, any size: share of guess of a cell
   std::optional<gl::Texture> normals;  ///< RGBA8, VolumePass::findNormals
   /// R8UI, one texel a brick: 0 = has something to show; n = so many bricks around it, itself
@@ -73,6 +76,8 @@ struct LookGrid {
   static LookGrid fields(glm::ivec3 size, const glm::dmat4& worldFromGrid,
                          std::span<const float> values, std::span<const float> gradients);
 
+  /// Uploads how far each value may be wrong, in `unit` texels.
+  void setWrong(std::span<const std::uint8_t> wrong, double unit);
   /// Uploads which share of each cell is a guess, 255 = all of it; `guessSize` may be coarser.
   void setGuess(glm::ivec3 guessSize, std::span<const std::uint8_t> share);
   /// Rebuilds `leaps` from which bricks show something.

@@ -302,7 +302,7 @@ void Renderer::Impl::drawStackGrid(const Look& look, StackSource& source,
   VolumeView view = source.draw(look, function, fittedCamera(out.camera, viewSize, size), size);
   out.picture = std::move(view.picture);
   out.depth = std::move(view.depth);
-  if (look.trust) out.trust = trustFromStretch(view.guess, out.picture);
+  if (look.trust) out.trust = trustFromDoubt(view.doubt, view.guess);
   out.notes.push_back(source.note(out.camera));
 }
 

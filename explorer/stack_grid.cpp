@@ -138,8 +138,13 @@ void extend(const RunLists& runs, StackSamples& samples) {
       const auto own = std::size_t(y) * std::size_t(size.x) + std::size_t(x);
       for (std::size_t z = 0; z < std::size_t(size.z); ++z) {
         float sum = 0.0f;
-        for (const std::size_t i : from) sum += samples.values[z * plane + i];
+        std::uint8_t wrong = 0;
+        for (const std::size_t i : from) {
+          sum += samples.values[z * plane + i];
+          wrong = std::max(wrong, samples.wrong[z * plane + i]);
+        }
         samples.values[z * plane + own] = sum / float(from.size());
+        samples.wrong[z * plane + own] = wrong;
       }
     }
   }
@@ -243,6 +248,22 @@ class Resampler {
   std::size_t plane_ = 0;
 };
 
+/// No stack is surer of a value than this share of the range.
+constexpr float kLeast = 1.0f / 128.0f;
+
+/// How far a value of several may be wrong: as far as the surest stack's, and as they disagree.
+std::uint8_t wrongOf(std::span<const std::pair<float, float>> valueAndWeight, float value) {
+  float sum = 0.0f, squares = 0.0f, most = 0.0f;
+  for (const auto& [other, weight] : valueAndWeight) {
+    sum += weight;
+    squares += weight * (other - value) * (other - value);
+    most = std::max(most, weight);
+  }
+  const float surest = std::max(1.0f / most - kLeast * kLeast, 0.0f);
+  const float wrong = std::sqrt(surest + squares / sum);
+  return std::uint8_t(std::min(wrong / StackSamples::kWrongUnit, 255.0f));
+}
+
 /// The value at half of the weights, each of which is spread evenly around its value's place.
 float weightedMedian(std::span<std::pair<float, float>> valueAndWeight) {
   std::sort(valueAndWeight.begin(), valueAndWeight.end());
@@ -267,10 +288,10 @@ float weightedMedian(std::span<std::pair<float, float>> valueAndWeight) {
 
 StackSamples fusedStacks(std::vector<StackSamples> stacks) {
   if (stacks.size() == 1) return std::move(stacks.front());
-  constexpr float kLeast = 1.0f / 128.0f;
   const StackSamples& first = stacks.front();
   StackSamples result{first.size, first.worldFromGrid, first.unit, first.zero, {}, {}};
   result.values.resize(first.values.size());
+  result.wrong.resize(first.values.size());
   std::vector<Resampler> resamplers;
   for (const StackSamples& stack : stacks) resamplers.emplace_back(stack, first);
   const glm::ivec3 size = first.size;
@@ -285,9 +306,11 @@ StackSamples fusedStacks(std::vector<StackSamples> stacks) {
     }
     // What most stacks have no data for has none.
     const bool enough = 2 * known.size() > stacks.size() || known.size() == stacks.size();
-    result.values[(std::size_t(at.z) * std::size_t(size.y) + std::size_t(at.y)) *
-                      std::size_t(size.x) +
-                  std::size_t(at.x)] = enough ? weightedMedian(known) : kNone;
+    const std::size_t cell =
+        (std::size_t(at.z) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.x) +
+        std::size_t(at.x);
+    result.values[cell] = enough ? weightedMedian(known) : kNone;
+    result.wrong[cell] = enough ? wrongOf(known, result.values[cell]) : 0;
   };
   // Block by block: rows of one stack are columns of another, and would miss the cache.
   constexpr int kBlock = 16;
@@ -310,6 +333,7 @@ StackSamples fusedStacks(std::vector<StackSamples> stacks) {
 
 LookGrid StackSamples::upload() const {
   LookGrid grid = LookGrid::scalar(size, worldFromGrid, values);
+  if (!wrong.empty()) grid.setWrong(wrong, double(kWrongUnit) / grid.valueUnit);
   grid.valueZero = grid.valueZero * unit + zero;
   grid.valueUnit *= unit;
   return grid;

@@ -20,7 +20,8 @@ struct StackSamples {
   glm::dmat4 worldFromGrid{1.0};
   double unit = 1.0, zero = 0.0;  ///< value = number * unit + zero
   std::vector<float> values;      ///< x fastest; NaN = no data, or outside of the domain
-  /// How far each may be wrong, in kWrongUnit (fusedStacks); empty = not at all.
+  /// How far each may be wrong, in kWrongUnit; empty = not at all. Of a stack: hypot(change, doubt)
+  /// of fusedStacks. Of several: what it is of the surest, and how far they disagree, as hypot.
   std::vector<std::uint8_t> wrong;
   static constexpr float kWrongUnit = 1.0f / 512.0f;
 

@@ -24,6 +24,13 @@ std::vector<Trust> trustFromDoubt(std::span<const float> doubt) {
   return trust;
 }
 
+std::vector<Trust> trustFromDoubt(std::span<const float> doubt, std::span<const float> guess) {
+  std::vector<Trust> trust = trustFromDoubt(doubt);
+  for (std::size_t i = 0; i < trust.size(); ++i)
+    if (guess[i] > kStretchGuess) trust[i] = Trust::Guess;
+  return trust;
+}
+
 std::vector<Trust> trustFromStretch(std::span<const float> guess, const Picture& picture) {
   std::vector<Trust> trust(guess.size());
   for (std::size_t i = 0; i < guess.size(); ++i) {

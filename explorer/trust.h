@@ -24,6 +24,9 @@ inline constexpr float kDoubtGuess = 0.1f;
 inline constexpr float kStretchGuess = 0.05f;
 
 std::vector<Trust> trustFromDoubt(std::span<const float> doubt);
+/// For grids of values that say how far they may be wrong: by doubt, but a guess where the guessed
+/// share is more than kStretchGuess.
+std::vector<Trust> trustFromDoubt(std::span<const float> doubt, std::span<const float> guess);
 /// For warped layers: never better than interpolation where something is drawn.
 std::vector<Trust> trustFromStretch(std::span<const float> guess, const Picture& picture);
 

@@ -296,6 +296,8 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
   define(shades, "LIT");
   define(opens, "OPEN");
   define(grid.guess.has_value(), "GUESS");
+  const bool doubts = scalar && grid.wrong && setup.doubt != 0.0;
+  define(doubts, "DOUBT");
   define(skips, "SKIP");
   if (setup.custom) {
     defines.emplace_back("CUSTOM", "1");
@@ -366,6 +368,10 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
                  setup.light ? float(setup.light->ao.strength) : 1.0f);
   }
   if (grid.guess) gpu::bindSampler(cast, "guess", 4, *grid.guess);
+  if (doubts) {
+    gpu::bindSampler(cast, "wrong", 6, *grid.wrong);  // of fields: gradients
+    gl.Uniform1f(cast.uniform("doubt"), float(setup.doubt * grid.wrongUnit));
+  }
   if (setup.custom) setCustom(cast, grid, *setup.custom, worldFromCell);
   if (shades) {
     setLight(cast, *setup.light);

@@ -65,7 +65,9 @@ struct VolumeSetup {
   double sliceThickness = 0.0;          ///< slice of optics: length that its opacity stands for
   double step = 0.5;                    ///< in cells of the axis that the ray crosses fastest, > 0
   double opaque = 1e-3;                 ///< rays end where so much light is left
-  bool skip = true;                     ///< pass over bricks that have nothing to show
+  /// Scalar: values are moved by so much of what they may be wrong by (LookGrid::wrong).
+  double doubt = 0.0;
+  bool skip = true;  ///< pass over bricks that have nothing to show
   /// Above 0, where cells are several pixels wide, every other pixel is cast, and those between
   /// only where colours bend by more than this: 6 % of them in turbulence of 256^3 at 1024^2.
   double tolerance = 0.0;

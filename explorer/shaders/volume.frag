@@ -5,8 +5,8 @@
 // multiples of `stepDepth`, and the first and the last step are cut at the medium's faces.
 // VolumePass defines SCALAR (values and a table, else optics), FIELDS (up to four values and a
 // classifier of CHANNELS channels and PARAMETERS parameters, with GRADIENT if it wants one),
-// MAXIMUM, ISOSURFACE, SLICE, LIT, OPEN (ambient occlusion), GUESS, SKIP, CUSTOM, CUSTOM_VALUES and
-// BLENDS (count; these two of SCALAR only).
+// MAXIMUM, ISOSURFACE, SLICE, LIT, OPEN (ambient occlusion), GUESS, SKIP, CUSTOM, CUSTOM_VALUES,
+// BLENDS (count) and DOUBT (values moved as far as they may be wrong; these three of SCALAR only).
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -93,7 +93,16 @@ const float kNoValueEdge = -1e20, kFar = 1e30;
 vec4 texelAt(vec3 cell) { return texture(values, cell * texelFromCell); }
 
 #ifdef SCALAR
+#ifdef DOUBT
+uniform sampler3D wrong;         // how far values may be wrong, in `doubt`
+uniform float doubt;             // in texels, either sign
+
+float valueAt(vec3 cell) {
+  return texelAt(cell).r + doubt * texture(wrong, cell * texelFromCell).r;
+}
+#else
 float valueAt(vec3 cell) { return texelAt(cell).r; }
+#endif
 bool known(float value) { return value > kNoValueEdge; }
 
 float entryOf(float value) {

@@ -279,6 +279,20 @@ TEST_F(Distorted, VirtualRaysMeetTheBallWhereItIs) {
   }
 }
 
+TEST_F(Distorted, LayersAnswerWhereDepthIsStoredAndVirtualRaysWhenAskedFor) {
+  write({ballOfOneInterval(true), ball(true)});
+  for (const double azimuth : {0.0, 20.0, 60.0}) {
+    Look look = opaqueLook();
+    look.rotate.azimuth = azimuth;
+    const Rendered rendered = render(look);
+    EXPECT_TRUE(says(rendered, "layers are warped"));
+    EXPECT_FALSE(says(rendered, "virtual answers"));
+    EXPECT_GT(overlap(rendered.picture, rendered.camera), 0.97) << azimuth;
+    look.source = Source::Virtual;
+    EXPECT_TRUE(says(render(look), "virtual answers"));
+  }
+}
+
 TEST_F(Distorted, VirtualRaysLookUpWhereTheStoredRaysSaw) {
   const LengthPlanes lengths = lengthPlanes(ballOfOneInterval(true));
   const Camera straight = undistorted(lengths.header.camera, lengths.header.domain, 1.0);

@@ -171,7 +171,7 @@ TEST_F(ManyViews, ATurnGoesRoundAndAMovieOverAllSteps) {
   look.shading = Shading::Phong;
   std::vector<Look> looks = looksOfTurn(look, 360.0, 12);
   for (const Look& each : looksOverTime(look, *run)) looks.push_back(each);
-  writeMovie(folder_ / "all.mp4", renderer, looks, 10.0);
+  writeMovie(folder_ / "all.mp4", renderer, looks, 10.0, {});
   EXPECT_GT(std::filesystem::file_size(folder_ / "all.mp4"), 200u);
 }
 

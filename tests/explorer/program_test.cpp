@@ -82,8 +82,9 @@ TEST_F(Program, ShowsTimingsWhereTheRunLeftThem) {
 }
 
 TEST_F(Program, RendersAPictureAndSaysWhichProxyAnswered) {
-  const Outcome outcome = explorer("render " + archive() + " -o '" + file("a.png") +
-                                   "' --colorbar --axes --box --time-label --trust -v");
+  const Outcome outcome =
+      explorer("render " + archive() + " -o '" + file("a.png") +
+               "' --colormap hot --colorbar --axes --box --time-label --trust -v");
   EXPECT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_NE(outcome.text.find("length answers"), std::string::npos) << outcome.text;
   EXPECT_NE(outcome.text.find("trust:"), std::string::npos);
@@ -144,6 +145,55 @@ TEST_F(Program, ComparesPicturesAndArchives) {
   const Outcome both = explorer("compare " + archive() + " " + archive());
   EXPECT_EQ(both.code, 0) << both.text;
   EXPECT_EQ(std::count(both.text.begin(), both.text.end(), '\n'), 3);
+  const auto equal = nlohmann::json::parse(
+      explorer("compare --json '" + file("d.exr") + "' '" + file("d.exr") + "'").text);
+  EXPECT_TRUE(equal["psnr"].is_null());
+  EXPECT_EQ(equal["ssim"], 1.0);
+}
+
+/// An archive of one step: the run's, with another base function, and a view that it lacks.
+void writeOther(const std::filesystem::path& path, const std::vector<std::string>& views) {
+  ArchiveWriter writer(path, ExistingArchive::Refuse);
+  std::vector<EncodedProxy> proxies;
+  for (const std::string& view : views) {
+    for (ProxyImage image :
+         {synthetic::lengthProxy({32, 24}), synthetic::referenceProxy({32, 24})}) {
+      image.header.view = view;
+      image.header.base->setOpacity({{0.0, 0.9}, {1.0, 0.0}});
+      image.header.base->setColormap(Colormap::named("hot"));
+      for (ProxyPart& part : image.parts)
+        if (part.name == "reference")
+          for (Channel& channel : part.channels) channel.values.assign(32 * 24, 0.7f);
+      proxies.push_back(encodeProxy(image));
+    }
+  }
+  writer.writeStep(proxies);
+}
+
+TEST_F(Program, ComparesOneLookOfTwoArchivesAndSkipsWhatOneLacks) {
+  writeOther(file("other.cdb"), {"front", "side"});
+  const std::string command =
+      " compare " + archive() + " '" + file("other.cdb") + "' --json --step 0";
+  const Outcome outcome = shell(std::string("'") + VESTIGE_EXPLORER + "'" + command + " 2> '" +
+                                file("skipped.txt") + "'");
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  const auto lines = nlohmann::json::parse(outcome.text);
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_EQ(lines[0]["view"], "front");
+  // The other archive's own base, or its own picture, would be far off.
+  EXPECT_GT(lines[0]["psnr"].get<double>(), 25.0);
+  EXPECT_FALSE(lines[0].contains("missing"));
+  EXPECT_EQ(lines[1]["view"], "side");
+  EXPECT_TRUE(lines[1]["psnr"].is_null());
+  EXPECT_NE(lines[1]["missing"].get<std::string>().find("has nothing of field 'density' in view "
+                                                        "'side' at cycle 0"),
+            std::string::npos);
+  EXPECT_NE(contentOf(file("skipped.txt")).find("skipped: cycle 0, field 'density', view 'side'"),
+            std::string::npos);
+  writeOther(file("side.cdb"), {"side"});
+  const Outcome nothing = explorer("compare " + archive() + " '" + file("side.cdb") + "'");
+  EXPECT_EQ(nothing.code, 1);
+  EXPECT_NE(nothing.text.find("nothing of both archives could be compared"), std::string::npos);
 }
 
 TEST_F(Program, ChecksAndFindsDamage) {

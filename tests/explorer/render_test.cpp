@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "explorer/edit_pass.h"
+#include "explorer/movie.h"
 #include "explorer/renderer.h"
 #include "proxy/error.h"
 #include "proxy/gl/device.h"
@@ -124,6 +125,51 @@ TEST(Edit, TakesMoreChannelsThanUniformsHold) {
     for (std::size_t c = 0; c < 4; ++c) EXPECT_NEAR(picture.rgba[c], wanted[c], 1e-3);
     EXPECT_EQ(pass.doubt(textures, table)[0], 0.0f);
   });
+}
+
+TEST_F(Rendering, ALookThatEditsNothingIsTheRunsOwnPicture) {
+  const auto says = [&](const Look& look) {
+    return Renderer(device(), archive()).render(look).notes.front();
+  };
+  Look look = transparentLook();
+  look.source = Source::Reference;
+  const Picture own = picture(look);
+  look.source = Source::Auto;
+  look.trust = true;
+  const Rendered rendered = Renderer(device(), archive()).render(look);
+  EXPECT_EQ(rendered.picture.rgba, own.rgba);
+  EXPECT_EQ(rendered.shares.data, 1.0);
+  EXPECT_NE(rendered.notes.front().find("reference answers"), std::string::npos);
+  EXPECT_NE(rendered.notes.back().find("it is exact"), std::string::npos);
+
+  // The run's own numbers, given once more, are no edit.
+  const Look resolved = Renderer(device(), archive()).resolved(look);
+  ASSERT_TRUE(resolved.opacity && resolved.colorRange && resolved.referenceLength);
+  EXPECT_EQ(resolved.colormap, "viridis");
+  EXPECT_EQ(picture(resolved).rgba, own.rgba);
+  look.factors = std::vector<double>(synthetic::kIntervals, 1.0);
+  EXPECT_EQ(picture(look).rgba, own.rgba);
+
+  std::vector<Look> edits(9, transparentLook());
+  edits[0].opacity = {{0.0, 0.1}, {1.0, 0.2}};
+  edits[1].colormap = "hot";
+  edits[2].colorRange = {0.0, 0.5};
+  edits[3].referenceLength = 0.2;
+  edits[4].factors = {1, 1, 0.5, 1, 1};
+  edits[5].enhance.on = true;
+  edits[6].shading = Shading::Phong;
+  edits[7].via = Via::Length;
+  edits[8].ao.on = true;
+  for (const Look& edit : edits) EXPECT_NE(says(edit).find("length answers"), std::string::npos);
+  // What is forced holds.
+  look = transparentLook();
+  look.source = Source::Volume;
+  EXPECT_NE(says(look).find("length answers"), std::string::npos);
+  // All frames of a turn are drawn alike.
+  for (const Look& frame : looksOfTurn(transparentLook(), 40.0, 4))
+    EXPECT_EQ(says(frame).find("reference answers"), std::string::npos);
+  for (const Look& frame : looksOverTime(transparentLook(), *archive()))
+    EXPECT_NE(says(frame).find("reference answers"), std::string::npos);
 }
 
 TEST_F(Rendering, RecomposesNestedShellsExactly) {

@@ -124,6 +124,9 @@ class Comparison {
     return measure(left, right_.render(look).picture);
   }
 
+  /// Throws NotFound naming what the first archive has instead of what the look names.
+  void refuse(const Look& look) { left_.resolved(look); }
+
  private:
   static void requireView(const Archive& archive, const Subject& subject, long cycle) {
     for (const ArchiveRow& row : archive.rows()) {
@@ -143,10 +146,12 @@ void compareArchives(const Options& options) {
   const auto second = std::make_shared<const Archive>(options.b);
   Comparison comparison(gl::Device::create(options.look->backend()), first, second);
   const Look look = options.look->look();
+  const std::vector<Subject> subjects = subjectsOf(look, *first, *second);
+  if (subjects.empty()) comparison.refuse(look);
   nlohmann::json lines = nlohmann::json::array();
   std::size_t compared = 0;
   std::string missing;
-  for (const Subject& subject : subjectsOf(look, *first, *second)) {
+  for (const Subject& subject : subjects) {
     nlohmann::json line{{"psnr", nullptr}, {"ssim", nullptr}, {"dssim", nullptr}};
     try {
       const Measures m = comparison.of(subject, look);

@@ -194,6 +194,9 @@ TEST_F(Program, ComparesOneLookOfTwoArchivesAndSkipsWhatOneLacks) {
   const Outcome nothing = explorer("compare " + archive() + " '" + file("side.cdb") + "'");
   EXPECT_EQ(nothing.code, 1);
   EXPECT_NE(nothing.text.find("nothing of both archives could be compared"), std::string::npos);
+  const Outcome typo = explorer("compare " + archive() + " " + archive() + " --view frnt");
+  EXPECT_EQ(typo.code, 1);
+  EXPECT_NE(typo.text.find("has no view 'frnt'; there are: front"), std::string::npos) << typo.text;
 }
 
 TEST_F(Program, ChecksAndFindsDamage) {

@@ -33,8 +33,9 @@ enum class Coloring { Function, Learned };
 /// reference rendering; piecewise-analytic layers (layered); the stored field; sliced stacks;
 /// virtual rays through a multi-perspective view. Classifiers: features as the run integrated them,
 /// or fields or stacks, classified anew. Auto:
-/// the field where it states less error (stated_error.h); else at a stored view its stack, else
-/// volume; when rotated stacks, else layers, else layered.
+/// at a stored view that the look does not edit the reference; the field where it states less error
+/// (stated_error.h); else at a stored view its stack, else volume; when rotated stacks, else layers,
+/// else layered.
 enum class Source {
   Auto,
   Volume,

@@ -174,8 +174,8 @@ TEST_F(Program, ComparesOneLookOfTwoArchivesAndSkipsWhatOneLacks) {
   writeOther(file("other.cdb"), {"front", "side"});
   const std::string command =
       " compare " + archive() + " '" + file("other.cdb") + "' --json --step 0";
-  const Outcome outcome = shell(std::string("'") + VESTIGE_EXPLORER + "'" + command + " 2> '" +
-                                file("skipped.txt") + "'");
+  const Outcome outcome = shell(std::string("('") + VESTIGE_EXPLORER + "'" + command + " 2> '" +
+                                file("skipped.txt") + "')");
   EXPECT_EQ(outcome.code, 0) << outcome.text;
   const auto lines = nlohmann::json::parse(outcome.text);
   ASSERT_EQ(lines.size(), 2u);

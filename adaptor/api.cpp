@@ -11,10 +11,13 @@
 #include <cstring>
 #include <memory>
 #include <new>
+#include <set>
+#include <utility>
 
 #include "adaptor/adaptor_error.h"
 #include "adaptor/error_code.h"
 #include "adaptor/session.h"
+#include "adaptor/standard_error.h"
 #include "adaptor/vestige.h"
 #include "adaptor/worker.h"
 #include "proxy/version.h"
@@ -28,9 +31,14 @@ using vestige::SampleType;
 struct vestige_session {
   bool inert = false;          ///< VESTIGE_DISABLE
   int failure = VESTIGE_OK;    ///< why it is disabled
+  int lastStep = VESTIGE_OK;   ///< of the last vestige_execute
   pid_t process = ::getpid();  ///< our threads do not survive a fork
   vestige_log_callback callback = nullptr;
   void* callbackData = nullptr;
+  /// Convention 1. A stream that is closed now never opens: its number may go to a file.
+  bool quiet = !vestige::hasStandardError();
+  bool printsWarnings = false, printedError = false;
+  std::set<std::string> reported;  ///< warnings of vestige_report
   std::string lastError;
   vestige::Log log;
   std::unique_ptr<vestige::Worker> worker;
@@ -45,14 +53,29 @@ thread_local std::string threadError;
   throw AdaptorError(VESTIGE_ERROR_ARGUMENT, sentence);
 }
 
-/// Hands the kept sentences to the host, in its own floating-point environment.
-void flushLog(vestige_session& session) {
+/// Convention 1: what a host without a log hears of.
+void printSentence(vestige_session& session, int level, const std::string& sentence, int code) {
+  if (session.quiet) return;
+  if (level == VESTIGE_ERROR && !std::exchange(session.printedError, true)) {
+    vestige::printLine(fmt::format("vestige: {} ({})", sentence, vestige_code_name(code)));
+  } else if (level == VESTIGE_WARNING && session.printsWarnings) {
+    vestige::printLine("vestige: warning: " + sentence);
+  }
+}
+
+/// Hands the kept sentences to the host, in its own floating-point environment. `code`: of an
+/// error among them.
+void flushLog(vestige_session& session, int code = VESTIGE_OK) {
   for (const auto& [level, sentence] : session.log.take()) {
-    if (!session.callback) continue;
     try {
+      if (!session.callback) {
+        printSentence(session, level, sentence, code);
+        continue;
+      }
       session.callback(level, sentence.c_str(), session.callbackData);
     } catch (...) {
-      // A C callback cannot throw; whatever a C++ one throws must not cross us.
+      // A C callback cannot throw; whatever a C++ one throws, or a lack of memory, must not cross
+      // us.
     }
   }
 }
@@ -74,7 +97,7 @@ int guarded(vestige_session& session, const Work& work) noexcept {
       }
     }
   }
-  flushLog(session);
+  flushLog(session, code);
   return code;
 }
 
@@ -138,8 +161,10 @@ vestige_options copyOptions(const vestige_options* options) {
     }
   }
   std::memcpy(&copy, options, sizeof copy);
-  if (copy.reserved != 0) {
-    throw AdaptorError(VESTIGE_ERROR_VERSION, "vestige_options: reserved is not 0");
+  if ((copy.flags & ~VESTIGE_QUIET) != 0) {
+    throw AdaptorError(VESTIGE_ERROR_VERSION,
+                       fmt::format("vestige_options: flags {:#x} are not known to this library, {}",
+                                   unsigned(copy.flags & ~VESTIGE_QUIET), vestige::kVersion));
   }
   return copy;
 }
@@ -148,6 +173,7 @@ void open(vestige_session& session, const vestige_options* given) {
   const vestige_options options = copyOptions(given);
   session.callback = options.log;
   session.callbackData = options.log_data;
+  session.quiet = session.quiet || (options.flags & VESTIGE_QUIET);
   if (options.mpi_comm != VESTIGE_NO_MPI) {
     throw AdaptorError(VESTIGE_ERROR_MPI,
                        fmt::format("communicator {} is given, but this library is built without "
@@ -174,7 +200,7 @@ void open(vestige_session& session, const vestige_options* given) {
   });
 }
 
-vestige::GridDescription describe(const vestige_grid* grid) {
+vestige::GridDescription describe(int block, const vestige_grid* grid) {
   if (!grid) failArgument("the grid is NULL");
   if (grid->size != sizeof(vestige_grid)) {
     throw AdaptorError(VESTIGE_ERROR_VERSION,
@@ -182,13 +208,14 @@ vestige::GridDescription describe(const vestige_grid* grid) {
                                    "VESTIGE_GRID_INIT",
                                    grid->size, sizeof(vestige_grid)));
   }
+  vestige::requireSize(block, {grid->points[0], grid->points[1], grid->points[2]});
   vestige::GridDescription description;
+  std::copy(std::begin(grid->points), std::end(grid->points), description.points.begin());
   for (std::size_t a = 0; a < 3; ++a) {
-    description.points[a] = grid->points[a];
     description.first[a] = grid->first[a];
     description.origin[a] = grid->origin[a];
     description.spacing[a] = grid->spacing[a];
-    if (grid->axes[a] && grid->points[a] > 0) {
+    if (grid->axes[a] && !description.empty()) {
       description.axes[a].emplace(grid->axes[a], grid->axes[a] + grid->points[a]);
     }
   }
@@ -242,7 +269,9 @@ int vestige_open(const vestige_options* options, vestige_session** session) {
     (*session)->inert = true;
     return VESTIGE_OK;
   }
+  (*session)->printsWarnings = true;
   (*session)->failure = guarded(**session, [&] { open(**session, options); });
+  (*session)->printsWarnings = false;
   if ((*session)->failure != VESTIGE_OK) (*session)->worker.reset();
   return (*session)->failure;
 }
@@ -289,7 +318,7 @@ int vestige_wants_field(vestige_session* session, const char* name) {
 
 int vestige_block(vestige_session* session, int block, const vestige_grid* grid) {
   return call(session,
-              [&](vestige::Session& run) { run.blocks().describe(block, describe(grid)); });
+              [&](vestige::Session& run) { run.blocks().describe(block, describe(block, grid)); });
 }
 
 int vestige_share_field(vestige_session* session, int block, const char* name, int type,
@@ -351,9 +380,25 @@ int vestige_units(vestige_session* session, const char* name, const char* units)
 }
 
 int vestige_execute(vestige_session* session, int64_t cycle, double time) {
-  return call(session, [&](vestige::Session& run) {
+  const int code = call(session, [&](vestige::Session& run) {
     session->worker->run([&] { run.execute(cycle, time); });
   });
+  if (session) session->lastStep = code;
+  return code;
+}
+
+int vestige_report(vestige_session* session, int code, const char* sentence) {
+  if (session) session->printsWarnings = true;
+  const int result = call(session, [&](vestige::Session&) {
+    if (!sentence || !*sentence) failArgument("vestige_report: there is no sentence");
+    if (code < 0 || code > VESTIGE_ERROR_CYCLE) {
+      failArgument(fmt::format("vestige_report: {} is no vestige_code", code));
+    }
+    if (code != VESTIGE_OK) throw AdaptorError(vestige_code(code), sentence);
+    if (session->reported.insert(sentence).second) session->log.warning(sentence);
+  });
+  if (session) session->printsWarnings = false;
+  return result;
 }
 
 int64_t vestige_stored_steps(const vestige_session* session) {
@@ -369,9 +414,11 @@ int vestige_close(vestige_session* session) {
     delete session;
     return VESTIGE_OK;
   }
-  int code = VESTIGE_OK;
+  int code = session->failure != VESTIGE_OK ? session->failure : session->lastStep;
   if (session->session) {
-    code = guarded(*session, [&] { session->worker->run([&] { session->session.reset(); }); });
+    const int closed =
+        guarded(*session, [&] { session->worker->run([&] { session->session.reset(); }); });
+    if (code == VESTIGE_OK) code = closed;
   }
   delete session;
   return code;

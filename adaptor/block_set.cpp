@@ -17,6 +17,10 @@ constexpr std::array<char, 3> kAxisNames{'x', 'y', 'z'};
 /// Coordinates that differ by less than this share of the domain are the same place.
 constexpr double kTolerance = 1e-9;
 
+/// A block is marched in parts of a texture each, of which these make some hundreds.
+constexpr int kMostPoints = 1 << 20;                          ///< along an axis
+constexpr std::int64_t kMostSamples = std::int64_t(1) << 36;  ///< in all
+
 [[noreturn]] void failGrid(int index, const std::string& what) {
   throw AdaptorError(VESTIGE_ERROR_GRID, fmt::format("block {} {}", index, what));
 }
@@ -90,6 +94,22 @@ void subtract(SampleRange range, const SampleRange& hole, std::vector<SampleRang
 
 }  // namespace
 
+void requireSize(int index, const std::array<int, 3>& points) {
+  std::int64_t samples = 1;
+  bool fits = true;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (points[a] < 0)
+      failGrid(index, fmt::format("has {} points along {}", points[a], kAxisNames[a]));
+    fits = fits && points[a] <= kMostPoints;
+    samples *= std::min(points[a], kMostPoints);
+  }
+  if ((fits && samples <= kMostSamples) || samples == 0) return;
+  failGrid(index,
+           fmt::format("has {} x {} x {} points, more than a block can have: {} along an axis "
+                       "and {} in all",
+                       points[0], points[1], points[2], kMostPoints, kMostSamples));
+}
+
 const FieldView* Block::find(const std::string& name) const {
   const auto found = std::find_if(fields.begin(), fields.end(),
                                   [&](const FieldView& field) { return field.name == name; });
@@ -121,11 +141,7 @@ void BlockSet::describe(int index, GridDescription grid) {
   if (index < 0) {
     throw AdaptorError(VESTIGE_ERROR_ARGUMENT, fmt::format("block index {} is negative", index));
   }
-  for (std::size_t a = 0; a < 3; ++a) {
-    if (grid.points[a] < 0) {
-      failGrid(index, fmt::format("has {} points along {}", grid.points[a], kAxisNames[a]));
-    }
-  }
+  requireSize(index, grid.points);
   Block block;
   if (!grid.empty()) {
     for (std::size_t a = 0; a < 3; ++a) {
@@ -162,6 +178,13 @@ void BlockSet::share(int index, FieldView field) {
   field.size = block.samples(field.location);
   const auto same = std::find_if(block.fields.begin(), block.fields.end(),
                                  [&](const FieldView& other) { return other.name == field.name; });
+  if (same != block.fields.end() && same->location != field.location) {
+    throw AdaptorError(
+        VESTIGE_ERROR_FIELD,
+        fmt::format("field '{}' of block {} is shared at {}s already: share the one at {}s under "
+                    "another name",
+                    field.name, index, nameOf(same->location), nameOf(field.location)));
+  }
   if (same == block.fields.end()) {
     block.fields.push_back(std::move(field));
   } else {
@@ -313,15 +336,6 @@ double BlockSet::coverage() const {
     if (!block.grid.empty()) covered += volume(owned(index));
   }
   return all > 0.0 ? covered / all : 1.0;
-}
-
-BlockGrid BlockSet::marchGrid(int index, Location location) const {
-  BlockGrid grid;
-  const Block& block = at(index);
-  if (block.grid.empty()) return grid;
-  grid.nodes = block.nodes(location);
-  grid.owned = owned(index);
-  return grid;
 }
 
 std::vector<SampleRange> BlockSet::ownSamples(int index, Location location) const {

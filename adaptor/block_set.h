@@ -22,6 +22,9 @@ struct GridDescription {
   bool empty() const { return points[0] == 0 || points[1] == 0 || points[2] == 0; }
 };
 
+/// Throws GRID when a block has so many points that no device could march it.
+void requireSize(int index, const std::array<int, 3>& points);
+
 struct Block {
   GridDescription grid;
   std::array<std::vector<double>, 3> points;     ///< world coordinates per axis, ghosts included
@@ -33,13 +36,6 @@ struct Block {
   std::array<int, 3> samples(Location location) const;
   /// Their world coordinates per axis.
   std::array<std::vector<double>, 3> nodes(Location location) const;
-};
-
-/// Samples [low, high) per axis.
-struct SampleRange {
-  std::array<int, 3> low{}, high{};
-  bool empty() const { return high[0] <= low[0] || high[1] <= low[1] || high[2] <= low[2]; }
-  friend bool operator==(const SampleRange&, const SampleRange&) = default;
 };
 
 /// A place between two neighbouring samples of an axis: (1 - weight) f[below] + weight f[below +
@@ -54,7 +50,8 @@ struct SamplePlace {
 class BlockSet {
  public:
   void describe(int index, GridDescription grid);
-  /// The field's `size` is set here. A field of the same name is replaced.
+  /// The field's `size` is set here. A field of the same name and location is replaced; one of
+  /// the same name at another location is an error.
   void share(int index, FieldView field);
   void shareMask(int index, Location location, std::optional<MaskView> mask);
   void setDomain(const Box& domain) { statedDomain_ = domain; }
@@ -76,8 +73,6 @@ class BlockSet {
   double smallestSpacing() const;
   /// The share of the domain that the blocks cover, 0..1.
   double coverage() const;
-  /// The grid that a field at this location is marched on; its owned box may be of zero volume.
-  BlockGrid marchGrid(int index, Location location) const;
   /// The samples that this block counts in statistics, in disjoint ranges: each sample of the
   /// domain is in exactly one block's. Points on a face, edge or corner that blocks share are those
   /// of the block with the lowest index; where the two grids differ there, its points alone count.

@@ -34,11 +34,11 @@ struct FeatureStep::Job {
 FeatureStep::FeatureStep(const Config& config, std::shared_ptr<gl::Device> device)
     : config_(config), marcher_(std::move(device)) {}
 
-void FeatureStep::upload(const Job& job, int block) {
-  if (uploaded_ == block) return;
-  uploaded_ = -1;
+void FeatureStep::upload(const Job& job, const BlockPart& part) {
+  if (uploaded_ == part) return;
+  uploaded_.reset();
   const auto& [plan, origin] = job.classifier;
-  const Block& from = job.frame.blocks->at(block);
+  const Block& from = job.frame.blocks->at(part.block);
   struct Source {
     FieldReader reader;
     double low, high;
@@ -53,15 +53,16 @@ void FeatureStep::upload(const Job& job, int block) {
   if (job.normalised->needsGradient()) {
     sources.push_back({gradientReaderOf(plan.fields, std::move(ranges), from), 0.0, 1.0});
   }
+  const Location location = plan.fields.front().location;
+  const SampleRange window = samplesOf(*job.frame.blocks, part, location);
   std::vector<Marcher::FillSlab> fills;
   for (const Source& source : sources) {
-    fills.push_back([&source, threads = job.threads](int z0, int z1, float* out) {
-      fillNormalised(source.reader, source.low, source.high, z0, z1, out, threads);
+    fills.push_back([&source, &window, threads = job.threads](int z0, int z1, float* out) {
+      fillNormalised(source.reader, source.low, source.high, window, z0, z1, out, threads);
     });
   }
-  marcher_.upload(job.frame.blocks->marchGrid(block, plan.fields.front().location), fills,
-                  job.threads);
-  uploaded_ = block;
+  marcher_.upload(marchGrid(*job.frame.blocks, part, location), fills, job.threads);
+  uploaded_ = part;
   job.times.ingest += marcher_.times().fill;
   job.times.upload += marcher_.times().upload;
 }
@@ -71,9 +72,9 @@ EncodedProxy FeatureStep::flat(const Job& job, const View& view) {
   const bool distorted = view.camera.projection == Projection::MultiPerspective;
   std::optional<RayImage> all;
   RaySorter sorter;
-  for (const int block :
-       distorted ? marchedBlocks(job.frame) : blocksInOrder(job.frame, view.camera)) {
-    upload(job, block);
+  for (const BlockPart& part :
+       distorted ? marchedParts(job.frame) : partsInOrder(job.frame, view.camera)) {
+    upload(job, part);
     RayImage rays = marcher_.march(request);
     job.times.march += marcher_.times().march;
     job.times.readBack += marcher_.times().readBack;
@@ -106,8 +107,8 @@ EncodedProxy FeatureStep::sliced(const Job& job, const StackView& stack) {
   FeatureStack made{job.header(config_, stack.view), {}};
   made.header.size = stack.size;
   made.header.slabDepths = stack.depths;
-  for (const int block : marchedBlocks(job.frame)) {
-    upload(job, block);
+  for (const BlockPart& part : marchedParts(job.frame)) {
+    upload(job, part);
     auto slabs = marcher_.marchSlabs(request, stack.depths);
     job.times.march += marcher_.times().march;
     job.times.readBack += marcher_.times().readBack;
@@ -134,7 +135,7 @@ EncodedProxy FeatureStep::sliced(const Job& job, const StackView& stack) {
 std::vector<EncodedProxy> FeatureStep::march(const StepFrame& frame,
                                              const StepClassifier& classifier, int threads,
                                              StepTimes& times) {
-  uploaded_ = -1;
+  uploaded_.reset();
   const FeatureOrigin& origin = classifier.origin;
   const Job job{frame,
                 classifier,

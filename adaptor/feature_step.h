@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "adaptor/classification.h"
@@ -32,13 +33,13 @@ class FeatureStep {
 
  private:
   struct Job;
-  void upload(const Job& job, int block);
+  void upload(const Job& job, const BlockPart& part);
   EncodedProxy flat(const Job& job, const View& view);
   EncodedProxy sliced(const Job& job, const StackView& stack);
 
   Config config_;
   FeatureMarcher marcher_;
-  int uploaded_ = -1;  ///< the block that is in the textures
+  std::optional<BlockPart> uploaded_;  ///< what is in the textures
 };
 
 }  // namespace vestige

@@ -261,22 +261,24 @@ void FieldReader::normRow(int y, int z, double* out) const {
   }
 }
 
-void fillNormalised(const FieldReader& reader, double low, double high, int z0, int z1, float* out,
-                    int threads) {
-  const auto [nx, ny, nz] = reader.size();
-  (void)nz;
+void fillNormalised(const FieldReader& reader, double low, double high, const SampleRange& window,
+                    int z0, int z1, float* out, int threads) {
+  const auto [x0, y0, zFirst] = window.low;
+  const int nx = window.high[0] - x0, ny = window.high[1] - y0;
   const double width = high - low;
   // A task is a bundle of rows: large enough to be worth a thread, small enough to share out.
   constexpr int kRows = 64;
   const int rows = (z1 - z0) * ny;
-  parallelFor((rows + kRows - 1) / kRows, threads, [&, nx = nx, ny = ny](int task) {
-    std::vector<double> values(std::size_t(nx), 0.0);
-    for (int r = task * kRows; r < std::min(rows, (task + 1) * kRows); ++r) {
-      reader.row(r % ny, z0 + r / ny, values.data());
-      float* to = out + std::size_t(r) * std::size_t(nx);
-      for (int i = 0; i < nx; ++i) to[i] = float((values[std::size_t(i)] - low) / width);
-    }
-  });
+  parallelFor((rows + kRows - 1) / kRows, threads,
+              [&, x0 = x0, y0 = y0, zFirst = zFirst](int task) {
+                std::vector<double> values(std::size_t(reader.size()[0]), 0.0);
+                const double* from = values.data() + x0;
+                for (int r = task * kRows; r < std::min(rows, (task + 1) * kRows); ++r) {
+                  reader.row(y0 + r % ny, zFirst + z0 + r / ny, values.data());
+                  float* to = out + std::size_t(r) * std::size_t(nx);
+                  for (int i = 0; i < nx; ++i) to[i] = float((from[i] - low) / width);
+                }
+              });
 }
 
 }  // namespace vestige

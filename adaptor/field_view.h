@@ -42,6 +42,13 @@ struct FieldView {
   std::array<int, 3> size{};  ///< samples along x, y, z, ghosts included
 };
 
+/// Samples [low, high) per axis.
+struct SampleRange {
+  std::array<int, 3> low{}, high{};
+  bool empty() const { return high[0] <= low[0] || high[1] <= low[1] || high[2] <= low[2]; }
+  friend bool operator==(const SampleRange&, const SampleRange&) = default;
+};
+
 /// Samples with (value & bits) != 0 are no data.
 struct MaskView {
   const std::byte* data = nullptr;
@@ -86,9 +93,9 @@ class FieldReader {
   std::vector<double> ranges_;
 };
 
-/// Normalised samples [z0, z1) x all y x all x of a reader for Marcher::upload:
-/// (f - low) / (high - low) in double, then float; no data is NaN.
-void fillNormalised(const FieldReader& reader, double low, double high, int z0, int z1, float* out,
-                    int threads);
+/// Normalised samples [z0, z1), all y, all x of a window of a reader, z counted from the window's
+/// first, for Marcher::upload: (f - low) / (high - low) in double, then float; no data is NaN.
+void fillNormalised(const FieldReader& reader, double low, double high, const SampleRange& window,
+                    int z0, int z1, float* out, int threads);
 
 }  // namespace vestige

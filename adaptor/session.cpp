@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 
 #include "adaptor/adaptor_error.h"
@@ -13,6 +14,7 @@
 #include "adaptor/stopwatch.h"
 #include "adaptor/timings.h"
 #include "adaptor/views.h"
+#include "proxy/error.h"
 #include "proxy/exr_threads.h"
 #include "proxy/gl/environment.h"
 #include "proxy/version.h"
@@ -35,15 +37,32 @@ Session::Session(const Config& config, const std::string& configText,
   features_ = std::make_unique<FeatureStep>(config_, device_);
   ensureExrThreads(config_.threads);
   startRecording(configText, recordDirectory);
-  if (!config_.dryRun) {
-    writer_ = std::make_unique<ArchiveWriter>(config_.output, config_.existing);
-    if (config_.existing == ExistingArchive::Append) adoptFrozen();
-  }
+  launch_ = launchOf([](const char* name) { return std::getenv(name); });
+  if (!config_.dryRun) openArchive();
   const auto& info = device_->info();
   log_.info(fmt::format("vestige {} writes {} with {} ({})", kVersion,
                         config_.dryRun ? "nothing (dry run)" : "'" + config_.output + "'",
                         info.renderer, info.backend));
   budget_.end();
+}
+
+void Session::openArchive() {
+  try {
+    writer_ = std::make_unique<ArchiveWriter>(config_.output, config_.existing);
+  } catch (const Error& error) {
+    if (!launch_ || error.code() != ErrorCode::Exists) throw;
+    throw Error(ErrorCode::Exists,
+                fmt::format("{}; this is {}, and each process needs an archive of its own",
+                            error.what(), launchNote(*launch_)));
+  }
+  if (launch_) {
+    log_.warning(fmt::format(
+        "{} says that several processes run, but no communicator is given: '{}' will hold what "
+        "this one shares ({}), and nothing of the others. Gather fields in one process, or give "
+        "each an archive of its own",
+        launch_->variable, config_.output, launchNote(*launch_)));
+  }
+  if (config_.existing == ExistingArchive::Append) adoptFrozen();
 }
 
 Session::~Session() {
@@ -161,7 +180,9 @@ void Session::execute(std::int64_t cycle, double time) {
   // stored, not after.
   if (config_.trigger.change) statistics(config_.trigger.change->field);
 
-  const StepFrame frame{cycle, time, &blocks_, resolveViews(config_, blocks_.domain()), {}};
+  const StepFrame frame{cycle,    time,
+                        &blocks_, resolveViews(config_, blocks_.domain()),
+                        {},       TextureLimits{device_->info().maxTexture3D}};
   // One step tells a dry run what the others would cost.
   const bool kept = (config_.dryRun && storedSteps_ > 0) || store(frame, fields, times);
   // For triggers a step that is too large counts as well: the next cycle would be no smaller.
@@ -317,6 +338,7 @@ std::vector<EncodedProxy> Session::make(StepFrame& frame, const std::vector<Step
   const Rung& rung = ladder_[std::size_t(budget_.rung())];
   frame.views = resolveViews(rung.config, blocks_.domain());
   frame.provenance = fmt::format("vestige {}; {}", kVersion, device_->info().renderer);
+  if (launch_) frame.provenance += "; " + launchNote(*launch_);
   if (config_.budget.any()) {
     const auto& [bytes, share] = config_.budget;
     frame.provenance += fmt::format(

@@ -22,6 +22,7 @@
 #include "adaptor/trigger.h"
 #include "proxy/archive.h"
 #include "proxy/gl/device.h"
+#include "proxy/launch.h"
 
 namespace vestige {
 
@@ -57,6 +58,7 @@ class Session {
     const PlannedField* find(const std::string& name) const;
   };
   void startRecording(const std::string& configText, const std::string& directory);
+  void openArchive();
   void adoptFrozen();
   void record(std::int64_t cycle, double time);
   const FieldStatistics& statisticsOf(Fields& fields, const std::string& name, StepTimes& times);
@@ -92,6 +94,7 @@ class Session {
   std::unique_ptr<FeatureStep> features_;
   std::unique_ptr<ArchiveWriter> writer_;
   std::unique_ptr<Recorder> recorder_;
+  std::optional<Launch> launch_;  ///< without a communicator, which is all that there is yet
 
   BlockSet blocks_;
   std::map<std::string, std::string> units_;

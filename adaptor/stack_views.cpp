@@ -30,8 +30,7 @@ double spacingAlong(const BlockSet& blocks, Location location, glm::dvec3 way) {
   double smallest = std::numeric_limits<double>::infinity();
   for (const auto& [index, block] : blocks.blocks()) {
     if (block.grid.empty()) continue;
-    const BlockGrid grid = blocks.marchGrid(index, location);
-    const auto& nodes = grid.nodes[std::size_t(axis)];
+    const auto nodes = block.nodes(location)[std::size_t(axis)];
     for (std::size_t i = 1; i < nodes.size(); ++i)
       smallest = std::min(smallest, nodes[i] - nodes[i - 1]);
   }

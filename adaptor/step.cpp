@@ -102,7 +102,7 @@ StepMarcher::StepMarcher(const Config& config, std::shared_ptr<gl::Device> devic
 
 std::vector<EncodedProxy> StepMarcher::march(const StepFrame& frame, const StepField& field,
                                              int threads, StepTimes& times) {
-  uploaded_ = -1;
+  uploaded_.reset();
   customize(frame, threads, times);
   std::vector<EncodedProxy> proxies;
   const auto shadows = marchLight(frame, field, threads, times);
@@ -193,19 +193,20 @@ EncodedProxy StepMarcher::reducedField(const StepFrame& frame, const StepField& 
   return proxy;
 }
 
-void StepMarcher::upload(const StepFrame& frame, const StepField& field, int block, int threads,
-                         StepTimes& times) {
-  if (uploaded_ == block) return;
-  uploaded_ = -1;
-  const auto reader = readerOf(field.plan, frame.blocks->at(block));
+void StepMarcher::upload(const StepFrame& frame, const StepField& field, const BlockPart& part,
+                         int threads, StepTimes& times) {
+  if (uploaded_ == part) return;
+  uploaded_.reset();
+  const auto reader = readerOf(field.plan, frame.blocks->at(part.block));
+  const SampleRange window = samplesOf(*frame.blocks, part, field.plan.location);
   const auto& partition = field.classification.partition;
   marcher_.upload(
-      frame.blocks->marchGrid(block, field.plan.location),
+      marchGrid(*frame.blocks, part, field.plan.location),
       [&](int z0, int z1, float* out) {
-        fillNormalised(reader, partition.low(), partition.high(), z0, z1, out, threads);
+        fillNormalised(reader, partition.low(), partition.high(), window, z0, z1, out, threads);
       },
       threads);
-  uploaded_ = block;
+  uploaded_ = part;
   times.ingest += marcher_.times().fill;
   times.upload += marcher_.times().upload;
 }
@@ -215,8 +216,8 @@ std::optional<LightDepth> StepMarcher::marchLight(const StepFrame& frame, const 
   if (!config_.layered || !config_.layerLight) return std::nullopt;
   LightDepth light(frame.blocks->domain(), *config_.layerLight);
   const auto request = requestFor(frame, field, {"light", light.camera});
-  for (const int index : marchedBlocks(frame)) {
-    upload(frame, field, index, threads, times);
+  for (const BlockPart& part : marchedParts(frame)) {
+    upload(frame, field, part, threads, times);
     marcher_.marchLight(request, light);
     times.march += marcher_.times().march;
   }
@@ -226,15 +227,15 @@ std::optional<LightDepth> StepMarcher::marchLight(const StepFrame& frame, const 
 RayImage StepMarcher::marchRays(const StepFrame& frame, const StepField& field,
                                 const MarchRequest& request, int threads, StepTimes& times) {
   if (request.camera.projection == Projection::MultiPerspective) {
-    const auto blocks = marchedBlocks(frame);
+    const auto parts = marchedParts(frame);
     RaySorter sorter;
     double sorting = 0.0;
-    for (const int block : blocks) {
-      upload(frame, field, block, threads, times);
+    for (const BlockPart& part : parts) {
+      upload(frame, field, part, threads, times);
       RayImage rays = marcher_.march(request);
       times.march += marcher_.times().march;
       times.readBack += marcher_.times().readBack;
-      if (blocks.size() == 1) return rays;
+      if (parts.size() == 1) return rays;
       const Stopwatch watch;
       sorter.add(std::move(rays));
       sorting += watch.seconds();
@@ -244,11 +245,11 @@ RayImage StepMarcher::marchRays(const StepFrame& frame, const StepField& field,
     times.march += sorting + watch.seconds();
     return all;
   }
-  const auto blocks = blocksInOrder(frame, request.camera);
+  const auto parts = partsInOrder(frame, request.camera);
   // Front to back, so that no more than two images are ever held.
   std::optional<RayImage> all;
-  for (const int block : blocks) {
-    upload(frame, field, block, threads, times);
+  for (const BlockPart& part : parts) {
+    upload(frame, field, part, threads, times);
     RayImage rays = marcher_.march(request);
     times.march += marcher_.times().march;
     times.readBack += marcher_.times().readBack;
@@ -271,8 +272,8 @@ ViewRays StepMarcher::marchView(const StepFrame& frame, const StepField& field, 
 
   // Once more, now that it is known what is left of each ray (method §3).
   LayerGatherer gatherer(config_.layers, all.transmittance);
-  for (const int block : blocksInOrder(frame, view.camera)) {
-    upload(frame, field, block, threads, times);
+  for (const BlockPart& part : partsInOrder(frame, view.camera)) {
+    upload(frame, field, part, threads, times);
     const LayerRays rays = marcher_.marchLayers(request, gatherer.request(shadows));
     const Stopwatch watch;
     gatherer.add(rays);
@@ -288,7 +289,7 @@ ViewRays StepMarcher::marchView(const StepFrame& frame, const StepField& field, 
 
 SlicedStack StepMarcher::marchStack(const StepFrame& frame, const StepField& field,
                                     const StackView& stack, int threads, StepTimes& times) {
-  const auto blocks = blocksInOrder(frame, stack.view.camera);
+  const auto parts = partsInOrder(frame, stack.view.camera);
   MarchRequest request = requestFor(frame, field, stack.view);
   request.size = stack.size;
   ProxyHeader header = headerFor(config_, frame, field, stack.view);
@@ -296,16 +297,16 @@ SlicedStack StepMarcher::marchStack(const StepFrame& frame, const StepField& fie
   header.slabDepths = stack.depths;
   StackBuilder builder(std::move(header), config_.sliced->levels);
 
-  // One block fills a slab at a time. Several are composited first: sparse, in floats.
-  std::vector<SlabRays> slabs(blocks.size() > 1 ? stack.depths.size() - 1 : 0);
+  // One part fills a slab at a time. Several are composited first: sparse, in floats.
+  std::vector<SlabRays> slabs(parts.size() > 1 ? stack.depths.size() - 1 : 0);
   double buildSeconds = 0.0;
   const auto build = [&](const SlabRays& rays) {
     const Stopwatch watch;
     builder.add(rays);
     buildSeconds += watch.seconds();
   };
-  for (const int block : blocks) {
-    upload(frame, field, block, threads, times);
+  for (const BlockPart& part : parts) {
+    upload(frame, field, part, threads, times);
     marcher_.marchSlabs(request, stack.depths, [&](int s, SlabRays rays) {
       if (slabs.empty()) return build(rays);
       SlabRays& slab = slabs[std::size_t(s)];

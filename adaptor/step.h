@@ -47,7 +47,7 @@ class StepMarcher {
   void customize(const StepFrame& frame, int threads, StepTimes& times);
   EncodedProxy reducedField(const StepFrame& frame, const StepField& field, int threads,
                             StepTimes& times) const;
-  void upload(const StepFrame& frame, const StepField& field, int block, int threads,
+  void upload(const StepFrame& frame, const StepField& field, const BlockPart& part, int threads,
               StepTimes& times);
   /// What rays gather in all blocks.
   RayImage marchRays(const StepFrame& frame, const StepField& field, const MarchRequest& request,
@@ -71,7 +71,7 @@ class StepMarcher {
   std::shared_ptr<gl::Device> device_;
   Marcher marcher_;
   std::shared_ptr<const CustomVolume> custom_;  ///< null: nothing depends on the place
-  int uploaded_ = -1;                           ///< the block that is in the texture
+  std::optional<BlockPart> uploaded_;           ///< what is in the texture
 };
 
 }  // namespace vestige

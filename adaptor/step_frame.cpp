@@ -8,25 +8,27 @@
 
 namespace vestige {
 
-std::vector<int> marchedBlocks(const StepFrame& frame) {
-  std::vector<int> indices;
+std::vector<BlockPart> marchedParts(const StepFrame& frame) {
+  std::vector<BlockPart> parts;
   for (const auto& [index, block] : frame.blocks->blocks()) {
     if (block.grid.empty()) continue;
     const auto size = frame.blocks->owned(index).size();
-    if (size.x > 0.0 && size.y > 0.0 && size.z > 0.0) indices.push_back(index);
+    if (!(size.x > 0.0 && size.y > 0.0 && size.z > 0.0)) continue;
+    const auto split = splitBlock(*frame.blocks, index, frame.limits);
+    parts.insert(parts.end(), split.begin(), split.end());
   }
-  if (indices.empty()) {
+  if (parts.empty()) {
     throw AdaptorError(VESTIGE_ERROR_GRID, "no block has a volume: nothing to show");
   }
-  return indices;
+  return parts;
 }
 
-std::vector<int> blocksInOrder(const StepFrame& frame, const Camera& camera) {
-  const auto indices = marchedBlocks(frame);
+std::vector<BlockPart> partsInOrder(const StepFrame& frame, const Camera& camera) {
+  const auto parts = marchedParts(frame);
   std::vector<Box> boxes;
-  for (const int index : indices) boxes.push_back(frame.blocks->owned(index));
-  std::vector<int> order;
-  for (const auto position : visibilityOrder(boxes, camera)) order.push_back(indices[position]);
+  for (const BlockPart& part : parts) boxes.push_back(ownedBox(*frame.blocks, part));
+  std::vector<BlockPart> order;
+  for (const auto position : visibilityOrder(boxes, camera)) order.push_back(parts[position]);
   return order;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "adaptor/block_part.h"
 #include "adaptor/block_set.h"
 #include "adaptor/config.h"
 #include "proxy/proxy_image.h"
@@ -19,12 +20,14 @@ struct StepFrame {
   const BlockSet* blocks = nullptr;
   std::vector<View> views;
   std::string provenance;
+  TextureLimits limits{};
 };
 
-/// The blocks that own some of the domain; throws GRID when there are none.
-std::vector<int> marchedBlocks(const StepFrame& frame);
+/// The blocks that own some of the domain, in parts that fit in textures; throws GRID when there
+/// are none.
+std::vector<BlockPart> marchedParts(const StepFrame& frame);
 /// The same, nearest first for a camera.
-std::vector<int> blocksInOrder(const StepFrame& frame, const Camera& camera);
+std::vector<BlockPart> partsInOrder(const StepFrame& frame, const Camera& camera);
 /// As configured, or the smallest spacing of any block, the same for all of them, so that they
 /// sample alike; but not so little that there are more than 8192 along the diagonal, for the sake
 /// of grids that are very fine somewhere.

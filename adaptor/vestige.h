@@ -5,8 +5,10 @@
  *
  * Conventions
  *  1. Every function that can fail returns a vestige_code as an int, VESTIGE_OK = 0. Nothing
- *     throws, prints, exits, aborts, or raises a signal or a floating-point trap. The
- *     simulation goes on whatever is returned; checking is for reporting.
+ *     throws, exits, aborts, or raises a signal or a floating-point trap. The simulation goes on
+ *     whatever is returned; checking is for reporting. Where neither a log is given nor
+ *     VESTIGE_QUIET is set, a session writes its first error, and the warnings of vestige_open and
+ *     vestige_report, to the standard error stream, a line each; nothing else is ever printed.
  *  2. An error of one step (disk full, a bad field) loses that step only; the next one is
  *     tried again. What cannot heal (no OpenGL, a bad configuration, an archive that we may
  *     not touch) disables the session: every later call returns that code at no cost.
@@ -92,6 +94,10 @@ typedef enum vestige_level {
   VESTIGE_ERROR = 2
 } vestige_level;
 
+typedef enum vestige_flags {
+  VESTIGE_QUIET = 1 /* without a log: not even the first error is printed */
+} vestige_flags;
+
 typedef struct vestige_session vestige_session;
 
 /* Receives one sentence, without a line end, on the thread that called us and before the call
@@ -106,8 +112,8 @@ typedef struct vestige_options {
   const char* config_text;  /* the TOML itself, or NULL; with neither, the defaults hold */
   const char* output;       /* the archive, instead of [output] path ("vestige.cdb"), or NULL */
   int mpi_comm;             /* Fortran handle, MPI_Comm_c2f(comm); VESTIGE_NO_MPI = one process */
-  int reserved;             /* 0 */
-  vestige_log_callback log; /* or NULL: silence */
+  int flags;                /* 0, or vestige_flags */
+  vestige_log_callback log; /* or NULL: convention 1 */
   void* log_data;           /* handed to `log` */
 } vestige_options;
 
@@ -141,7 +147,7 @@ typedef struct vestige_grid {
     }                                                                             \
   }
 
-/* Opens a session. `options` may be NULL: defaults, silence, archive vestige.cdb. Creates the
+/* Opens a session. `options` may be NULL: defaults, no log, archive vestige.cdb. Creates the
  * archive and the OpenGL device. *session is set even on failure (to a disabled session, which
  * knows vestige_last_error and wants to be closed), or to NULL when there is no memory for that. */
 VESTIGE_API int vestige_open(const vestige_options* options, vestige_session** session);
@@ -150,8 +156,8 @@ VESTIGE_API int vestige_open(const vestige_options* options, vestige_session** s
  * the domain is the bounding box of the blocks. Holds until called again. */
 VESTIGE_API int vestige_domain(vestige_session* session, const double low[3], const double high[3]);
 
-/* 1 if the step may be stored, 0 if not: no trigger fires, or [budget] time_share has no room. Costs
- * nanoseconds; ask before preparing anything. */
+/* 1 if the step may be stored, 0 if not: no trigger fires, or [budget] time_share has no room.
+ * Costs nanoseconds; ask before preparing anything. */
 VESTIGE_API int vestige_wants(vestige_session* session, int64_t cycle, double time);
 
 /* 1 if the configuration stores something made of the field that is published by this name (and for
@@ -189,10 +195,16 @@ VESTIGE_API int vestige_units(vestige_session* session, const char* name, const 
  * this returns VESTIGE_OK the step is on disk or was not wanted. Cycles increase. */
 VESTIGE_API int vestige_execute(vestige_session* session, int64_t cycle, double time);
 
+/* For what stands between a solver and us, such as an import of another library's data: logs the
+ * sentence as an error of the session if `code` is one, else as a warning, once a session. Returns
+ * `code`. */
+VESTIGE_API int vestige_report(vestige_session* session, int code, const char* sentence);
+
 /* Steps stored so far by this session. */
 VESTIGE_API int64_t vestige_stored_steps(const vestige_session* session);
 
-/* Frees the session; NULL is allowed. */
+/* Frees the session; NULL is allowed. Returns the code that disabled it, or that of the last
+ * vestige_execute if that failed, so that a run which stored nothing ends with an error. */
 VESTIGE_API int vestige_close(vestige_session* session);
 
 /* The sentence of the session's last error, "" if there was none. With NULL: of the calling

@@ -105,6 +105,8 @@ class Adaptor {
   int units(const char* name, const char* units) { return vestige_units(session_, name, units); }
   /// Stores the step if a trigger fires; what was shared is forgotten.
   int execute(std::int64_t cycle, double time) { return vestige_execute(session_, cycle, time); }
+  /// Ends the session before its time; the code says how it went (vestige_close).
+  int close() { return vestige_close(std::exchange(session_, nullptr)); }
   /// Steps stored so far.
   std::int64_t storedSteps() const { return vestige_stored_steps(session_); }
 

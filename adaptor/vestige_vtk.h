@@ -6,9 +6,13 @@
 #define VESTIGE_VTK_H
 
 #include <vtkCellData.h>
+#include <vtkCellTypes.h>
+#include <vtkCompositeDataIterator.h>
+#include <vtkCompositeDataSet.h>
 #include <vtkDataArray.h>
 #include <vtkDataSet.h>
 #include <vtkDataSetAttributes.h>
+#include <vtkGenericCell.h>
 #include <vtkImageData.h>
 #include <vtkMatrix3x3.h>
 #include <vtkPointData.h>
@@ -20,8 +24,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -43,19 +49,31 @@ namespace vestige {
 /// `resampledPoints` points along the longest side of its bounds and in proportion along the
 /// others: that costs one cell search for each of these points, the memory of the resampled arrays,
 /// and what is smaller than a spacing. Points outside all cells are no data; cell data become
-/// constant inside their cells.
+/// constant inside their cells. Cells must fill what they span: volumes, or surfaces in a plane of
+/// two axes; particles, lines and curved surfaces are an error.
+///
+/// A composite data set (vtkMultiBlockDataSet) is as many blocks as it has leaves. A data set
+/// without points, and a leaf that is null, is an empty block.
+///
+/// What is not stored is said, by vestige_report: an error where the data contradict themselves
+/// (too few tuples), a warning where an array is of a kind that is not stored (strings, bits), or a
+/// cell array has the name of a point array.
 class VtkImport {
  public:
   explicit VtkImport(vestige_session* session) : session_(session) {}
 
-  /// Describes the data set as a block and shares its arrays. Returns the first error's code.
-  int share(int block, vtkDataSet* data, int resampledPoints = 128) {
-    if (!data) return vestige_block(session_, block, nullptr);
-    if (auto* image = vtkImageData::SafeDownCast(data)) {
-      if (image->GetDirectionMatrix()->IsIdentity()) return shareImage(block, image);
+  /// Describes the data set as a block and shares its arrays; the leaves of a composite one become
+  /// the blocks `block`, `block` + 1, ... Returns the first error's code.
+  int share(int block, vtkDataObject* data, int resampledPoints = 128) {
+    if (auto* composite = vtkCompositeDataSet::SafeDownCast(data)) {
+      return shareLeaves(block, composite, resampledPoints);
     }
-    if (auto* grid = vtkRectilinearGrid::SafeDownCast(data)) return shareRectilinear(block, grid);
-    return shareResampled(block, data, resampledPoints);
+    if (auto* single = vtkDataSet::SafeDownCast(data)) {
+      return shareDataSet(block, single, resampledPoints);
+    }
+    return fail(VESTIGE_ERROR_ARGUMENT, block,
+                data ? std::string("is a ") + data->GetClassName() + ", which is no vtkDataSet"
+                     : "is NULL");
   }
 
   /// Lets go of what was shared; call it after vestige_execute.
@@ -104,6 +122,41 @@ class VtkImport {
     return VESTIGE_INT8 + 2 * width + (std::is_unsigned_v<T> ? 1 : 0);
   }
 
+  int fail(int code, int block, const std::string& what) {
+    return vestige_report(session_, code,
+                          ("the data set of block " + std::to_string(block) + " " + what).c_str());
+  }
+
+  int shareLeaves(int block, vtkCompositeDataSet* composite, int resampledPoints) {
+    int code = VESTIGE_OK, next = block;
+    const auto leaves = vtkSmartPointer<vtkCompositeDataIterator>::Take(composite->NewIterator());
+    leaves->SkipEmptyNodesOff();
+    for (leaves->InitTraversal(); !leaves->IsDoneWithTraversal(); leaves->GoToNextItem(), ++next) {
+      vtkDataObject* leaf = leaves->GetCurrentDataObject();
+      const int shared = leaf ? share(next, leaf, resampledPoints) : shareNothing(next);
+      if (code == VESTIGE_OK) code = shared;
+    }
+    // Leaves of an earlier step.
+    int& end = ends_[block];
+    for (int gone = next; gone < end; ++gone) shareNothing(gone);
+    end = next;
+    return code;
+  }
+
+  int shareDataSet(int block, vtkDataSet* data, int resampledPoints) {
+    auto* image = vtkImageData::SafeDownCast(data);
+    auto* grid = vtkRectilinearGrid::SafeDownCast(data);
+    const bool turned = image && !image->GetDirectionMatrix()->IsIdentity();
+    if (image && !turned) return shareImage(block, image);
+    if (grid) return shareRectilinear(block, grid);
+    return shareResampled(block, data, resampledPoints);
+  }
+
+  int shareNothing(int block) {
+    const vestige_grid empty = VESTIGE_GRID_INIT;
+    return vestige_block(session_, block, &empty);
+  }
+
   int shareImage(int block, vtkImageData* image) {
     vestige_grid grid = VESTIGE_GRID_INIT;
     int extent[6];
@@ -113,7 +166,12 @@ class VtkImport {
       grid.first[a] = extent[2 * a];
       grid.origin[a] = image->GetOrigin()[a];
       grid.spacing[a] = image->GetSpacing()[a];
-      if (grid.points[a] == 1 && !(grid.spacing[a] > 0.0)) grid.spacing[a] = 1.0;
+    }
+    // A plane is as thick as a cell is wide.
+    for (int a = 0; a < 3; ++a) {
+      if (grid.points[a] != 1 || grid.spacing[a] > 0.0) continue;
+      grid.spacing[a] = std::max(grid.spacing[(a + 1) % 3], grid.spacing[(a + 2) % 3]);
+      if (!(grid.spacing[a] > 0.0)) grid.spacing[a] = 1.0;
     }
     return shareAll(block, grid, image);
   }
@@ -125,38 +183,100 @@ class VtkImport {
                                    data->GetZCoordinates()};
     std::array<std::vector<double>, 3> axes;
     for (std::size_t a = 0; a < 3; ++a) {
+      const auto given = coordinates[a] ? coordinates[a]->GetNumberOfTuples() : 0;
+      if (given < grid.points[a]) {
+        return fail(VESTIGE_ERROR_GRID, block,
+                    "has " + std::to_string(given) + " " + "xyz"[a] + " coordinates for " +
+                        std::to_string(grid.points[a]) + " points");
+      }
       for (int i = 0; i < grid.points[a]; ++i) axes[a].push_back(coordinates[a]->GetTuple1(i));
       grid.axes[a] = axes[a].data();
     }
     return shareAll(block, grid, data);
   }
 
+  /// The most dimensions of any cell: 3 = a volume, 0 = vertices; -1: there is none.
+  static int cellDimension(vtkDataSet* data) {
+    const auto types = vtkSmartPointer<vtkCellTypes>::New();
+    data->GetCellTypes(types);
+    const auto cell = vtkSmartPointer<vtkGenericCell>::New();
+    int most = -1;
+    for (vtkIdType i = 0; i < types->GetNumberOfTypes(); ++i) {
+      if (types->GetCellType(i) == VTK_EMPTY_CELL) continue;
+      cell->SetCellType(types->GetCellType(i));
+      most = std::max(most, cell->GetCellDimension());
+    }
+    return most;
+  }
+
   int shareResampled(int block, vtkDataSet* data, int resampledPoints) {
-    double bounds[6];
-    data->GetBounds(bounds);
-    double longest = 0.0;
-    for (int a = 0; a < 3; ++a) longest = std::max(longest, bounds[2 * a + 1] - bounds[2 * a]);
+    if (data->GetNumberOfPoints() == 0) return shareNothing(block);
+    int code = VESTIGE_OK;
+    const auto keepFirst = [&](int next) { code = code == VESTIGE_OK ? next : code; };
+    // The filter reads them as if they were long enough.
+    const auto complete = vtkSmartPointer<vtkDataSet>::Take(data->NewInstance());
+    complete->ShallowCopy(data);
+    keepFirst(dropUnfit(block, VESTIGE_POINT, complete, data->GetNumberOfPoints()));
+    keepFirst(dropUnfit(block, VESTIGE_CELL, complete, data->GetNumberOfCells()));
+
+    double bounds[6], longest = 0.0;
+    complete->GetBounds(bounds);
+    int sides = 0;
+    for (int a = 0; a < 3; ++a) {
+      const double side = bounds[2 * a + 1] - bounds[2 * a];
+      if (!std::isfinite(side)) {
+        return fail(VESTIGE_ERROR_GRID, block,
+                    std::string("reaches from ") + std::to_string(bounds[2 * a]) + " to " +
+                        std::to_string(bounds[2 * a + 1]) + " along " + "xyz"[a]);
+      }
+      longest = std::max(longest, side);
+      if (side > 0.0) ++sides;
+    }
+    const int cells = cellDimension(complete);
+    if (cells < 2 || cells < sides) {
+      static const char* const kinds[] = {"without cells", "of vertices", "of lines",
+                                          "of surfaces"};
+      return fail(VESTIGE_ERROR_GRID, block,
+                  std::string("is a ") + data->GetClassName() + " " + kinds[cells + 1] + ", " +
+                      std::to_string(data->GetNumberOfPoints()) +
+                      " points: no cell has a volume in which a field could be sampled; bin or "
+                      "interpolate it on a grid first");
+    }
+    const std::int64_t most = std::max(2, resampledPoints);
+    std::int64_t all = 1;
     int points[3];
     for (int a = 0; a < 3; ++a) {
-      const double share = longest > 0.0 ? (bounds[2 * a + 1] - bounds[2 * a]) / longest : 0.0;
-      points[a] = std::max(2, int(share * std::max(2, resampledPoints) + 0.5));
+      const double side = bounds[2 * a + 1] - bounds[2 * a];
+      points[a] = side > 0.0 ? std::max(2, int(side / longest * double(most) + 0.5)) : 1;
+      all *= points[a];
+      if (all > VTK_INT_MAX) {
+        return fail(VESTIGE_ERROR_ARGUMENT, block,
+                    "would be resampled on more than 2^31 points: " + std::to_string(most) +
+                        " along its longest side are too many");
+      }
     }
     auto resample = vtkSmartPointer<vtkResampleToImage>::New();
-    resample->SetInputDataObject(data);
+    resample->SetInputDataObject(complete);
     resample->UseInputBoundsOn();
     resample->SetSamplingDimensions(points);
     resample->Update();
     vtkImageData* image = resample->GetOutput();
     kept_.emplace_back(image);
-    return shareImage(block, image);
+    keepFirst(shareImage(block, image));
+    return code;
   }
 
   int shareAll(int block, vestige_grid& grid, vtkDataSet* data) {
     std::array<int, 3> cells{};
     std::array<int, 3> points{grid.points[0], grid.points[1], grid.points[2]};
     for (std::size_t a = 0; a < 3; ++a) cells[a] = std::max(1, points[a] - 1);
-    auto* pointGhosts = data->GetPointGhostArray();
-    auto* cellGhosts = data->GetCellGhostArray();
+    // Those that are too short are refused with the other arrays.
+    const auto whole = [](vtkUnsignedCharArray* ghosts, const std::array<int, 3>& size) {
+      const auto samples = vtkIdType(size[0]) * size[1] * size[2];
+      return ghosts && ghosts->GetNumberOfTuples() >= samples ? ghosts : nullptr;
+    };
+    auto* pointGhosts = whole(data->GetPointGhostArray(), points);
+    auto* cellGhosts = whole(data->GetCellGhostArray(), cells);
     if (cellGhosts) {
       countLayers(cellGhosts, vtkDataSetAttributes::DUPLICATECELL, cells, grid.ghosts);
     } else if (pointGhosts) {
@@ -170,8 +290,8 @@ class VtkImport {
     if (cellGhosts) {
       keepFirst(shareMask(block, VESTIGE_CELL, cellGhosts, vtkDataSetAttributes::HIDDENCELL));
     }
-    keepFirst(shareArrays(block, VESTIGE_POINT, data->GetPointData(), points));
-    keepFirst(shareArrays(block, VESTIGE_CELL, data->GetCellData(), cells));
+    keepFirst(shareArrays(block, VESTIGE_POINT, data, points));
+    keepFirst(shareArrays(block, VESTIGE_CELL, data, cells));
     return code;
   }
 
@@ -181,17 +301,70 @@ class VtkImport {
                               nullptr);
   }
 
-  int shareArrays(int block, int location, vtkDataSetAttributes* attributes,
-                  const std::array<int, 3>& size) {
+  static std::string nameOf(vtkAbstractArray* array, int index) {
+    return array->GetName() ? array->GetName() : "array" + std::to_string(index);
+  }
+
+  /// Whether the array can be shared; otherwise its absence is said, and `code` may become an
+  /// error.
+  bool isFit(int block, int location, vtkAbstractArray* array, const std::string& name,
+             vtkIdType samples, int& code) {
+    const char* const place = location == VESTIGE_POINT ? "point" : "cell";
+    const std::string which =
+        std::string(place) + " array '" + name + "' of block " + std::to_string(block);
+    if (!vtkDataArray::SafeDownCast(array) || typeOf(array->GetDataType()) < 0) {
+      vestige_report(session_, VESTIGE_OK,
+                     (which + " is left out: a " + array->GetClassName() +
+                      " holds no numbers that can be stored")
+                         .c_str());
+      return false;
+    }
+    if (array->GetNumberOfTuples() >= samples) return true;
+    const int failed =
+        vestige_report(session_, VESTIGE_ERROR_FIELD,
+                       (which + " has " + std::to_string(array->GetNumberOfTuples()) +
+                        " tuples, the block has " + std::to_string(samples) + " " + place + "s")
+                           .c_str());
+    if (code == VESTIGE_OK) code = failed;
+    return false;
+  }
+
+  static vtkDataSetAttributes* attributesOf(vtkDataSet* data, int location) {
+    if (location == VESTIGE_POINT) return data->GetPointData();
+    return data->GetCellData();
+  }
+
+  /// Takes out the arrays that cannot be shared.
+  int dropUnfit(int block, int location, vtkDataSet* data, vtkIdType samples) {
     int code = VESTIGE_OK;
+    vtkDataSetAttributes* attributes = attributesOf(data, location);
+    for (int i = attributes->GetNumberOfArrays() - 1; i >= 0; --i) {
+      vtkAbstractArray* array = attributes->GetAbstractArray(i);
+      if (!isFit(block, location, array, nameOf(array, i), samples, code)) {
+        attributes->RemoveArray(i);
+      }
+    }
+    return code;
+  }
+
+  int shareArrays(int block, int location, vtkDataSet* data, const std::array<int, 3>& size) {
+    int code = VESTIGE_OK;
+    vtkDataSetAttributes* attributes = attributesOf(data, location);
+    const auto samples = vtkIdType(size[0]) * size[1] * size[2];
     for (int i = 0; i < attributes->GetNumberOfArrays(); ++i) {
-      vtkDataArray* array = attributes->GetArray(i);
-      if (!array || typeOf(array->GetDataType()) < 0) continue;
-      const std::string name = array->GetName() ? array->GetName() : "array" + std::to_string(i);
-      if (name.rfind("vtk", 0) == 0) continue;
-      const auto samples = vtkIdType(size[0]) * size[1] * size[2];
-      if (array->GetNumberOfTuples() < samples) continue;
-      const int shared = shareArray(block, location, name, array);
+      vtkAbstractArray* array = attributes->GetAbstractArray(i);
+      const std::string name = nameOf(array, i);
+      const bool ghosts = name == vtkDataSetAttributes::GhostArrayName();
+      if (name.rfind("vtk", 0) == 0 && !ghosts) continue;
+      if (!isFit(block, location, array, name, samples, code) || ghosts) continue;
+      if (location == VESTIGE_CELL && data->GetPointData()->HasArray(name.c_str())) {
+        vestige_report(session_, VESTIGE_OK,
+                       ("cell array '" + name + "' of block " + std::to_string(block) +
+                        " is left out: a point array has that name")
+                           .c_str());
+        continue;
+      }
+      const int shared = shareArray(block, location, name, vtkDataArray::SafeDownCast(array));
       if (code == VESTIGE_OK) code = shared;
     }
     return code;
@@ -255,6 +428,7 @@ class VtkImport {
 
   vestige_session* session_;
   std::vector<vtkSmartPointer<vtkObject>> kept_;
+  std::map<int, int> ends_;  ///< of composite data sets: block after the last, by the first
 };
 
 }  // namespace vestige

@@ -6,6 +6,7 @@
 #include "explorer/cli.h"
 #include "proxy/archive.h"
 #include "proxy/error.h"
+#include "proxy/launch.h"
 
 namespace vestige::cli {
 namespace {
@@ -14,6 +15,18 @@ struct Options {
   std::string archive;
   bool repair = false;
 };
+
+/// An archive is sound and yet a part: of one process that wrote without the others.
+void sayWhetherAlone(const Archive& archive) {
+  if (archive.rows().empty()) return;
+  const auto launch = launchIn(archive.open(archive.rows().back()).header().provenance);
+  if (!launch) return;
+  fmt::print(
+      "{}: written by process {} of {} without a communicator: what other processes held of "
+      "the domain is not in it\n",
+      archive.directory().string(), launch->rank < 0 ? "?" : std::to_string(launch->rank),
+      launch->processes > 0 ? std::to_string(launch->processes) : "several");
+}
 
 int run(const Options& options) {
   if (options.repair) {
@@ -40,8 +53,10 @@ int run(const Options& options) {
     return 1;
   }
   // Leftovers of an interrupted run are no damage: every reader ignores them.
-  fmt::print("{}: {} rows, all sound{}\n", options.archive, Archive(options.archive).rows().size(),
+  const Archive archive(options.archive);
+  fmt::print("{}: {} rows, all sound{}\n", options.archive, archive.rows().size(),
              findings.empty() ? "" : "; leftovers of interrupted runs are read by nobody");
+  sayWhetherAlone(archive);
   return 0;
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A complete solver, instrumented: heat spreads from a hot ball through a cold cube. */
+/* A complete solver, instrumented: heat spreads from a hot ring through a cold cube. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <vestige.h>
@@ -20,12 +20,14 @@ int main(void) {
   for (int z = 0; z < N; ++z)
     for (int y = 0; y < N; ++y)
       for (int x = 0; x < N; ++x) {
-        int dx = x - N / 2, dy = y - N / 2, dz = z - N / 3;
-        heat[at(x, y, z)] = dx * dx + dy * dy + dz * dz < N * N / 36 ? 100.0 : 20.0;
+        long dx = x - N / 2, dy = y - N / 2, dz = z - N / 2, ring = N / 4, thick = N / 12;
+        long d = dx * dx + dz * dz, q = d + dy * dy + ring * ring - thick * thick;
+        heat[at(x, y, z)] = q * q < 4 * ring * ring * d ? 100.0 : 20.0;
       }
 
   vestige_options options = VESTIGE_OPTIONS_INIT;
-  options.config_text = "[trigger]\nevery_cycles = 20\n";
+  options.config_text = "[trigger]\nevery_cycles = 20\n"
+                        "[image]\nproxies = ['reference', 'field']\n";
   options.output = "heat.cdb";
   options.log = report;
   vestige_session *vestige;
@@ -51,15 +53,15 @@ int main(void) {
         for (int x = 1; x < N - 1; ++x) {
           double around = heat[at(x - 1, y, z)] + heat[at(x + 1, y, z)] + heat[at(x, y - 1, z)] +
                           heat[at(x, y + 1, z)] + heat[at(x, y, z - 1)] + heat[at(x, y, z + 1)];
-          next[at(x, y, z)] = heat[at(x, y, z)] + 0.15 * (around - 6.0 * heat[at(x, y, z)]);
+          next[at(x, y, z)] = heat[at(x, y, z)] + 0.05 * (around - 6.0 * heat[at(x, y, z)]);
         }
     for (int z = 1; z < N - 1; ++z)
       for (int y = 1; y < N - 1; ++y)
         for (int x = 1; x < N - 1; ++x) heat[at(x, y, z)] = next[at(x, y, z)];
   }
 
-  vestige_close(vestige);
+  int code = vestige_close(vestige);
   free(heat);
   free(next);
-  return 0;
+  return code;
 }

@@ -52,6 +52,7 @@ static void checkEnums(void) {
   EXPECT(VESTIGE_INFO, 0);
   EXPECT(VESTIGE_WARNING, 1);
   EXPECT(VESTIGE_ERROR, 2);
+  EXPECT(VESTIGE_QUIET, 1);
   EXPECT(sizeof(vestige_code), 4);
   EXPECT(VESTIGE_NO_MPI, -2147483647L - 1);
 }
@@ -62,7 +63,7 @@ static void checkLayouts(void) {
   EXPECT(offsetof(vestige_options, config_text), 16);
   EXPECT(offsetof(vestige_options, output), 24);
   EXPECT(offsetof(vestige_options, mpi_comm), 32);
-  EXPECT(offsetof(vestige_options, reserved), 36);
+  EXPECT(offsetof(vestige_options, flags), 36);
   EXPECT(offsetof(vestige_options, log), 40);
   EXPECT(offsetof(vestige_options, log_data), 48);
   EXPECT(sizeof(vestige_options), 56);
@@ -82,6 +83,7 @@ static void checkCalls(void) {
   vestige_grid grid = VESTIGE_GRID_INIT;
   vestige_session *session = NULL;
   float value = 0.0f;
+  options.flags = VESTIGE_QUIET;
   options.config_text = "[image]\nwidht = 3\n";
   EXPECT(vestige_open(&options, &session), VESTIGE_ERROR_CONFIG);
   EXPECT(session != NULL, 1);
@@ -92,7 +94,7 @@ static void checkCalls(void) {
          VESTIGE_ERROR_CONFIG);
   EXPECT(vestige_execute(session, 0, 0.0), VESTIGE_ERROR_CONFIG);
   EXPECT(strstr(vestige_last_error(session), "did you mean width?") != NULL, 1);
-  EXPECT(vestige_close(session), VESTIGE_OK);
+  EXPECT(vestige_close(session), VESTIGE_ERROR_CONFIG);
   EXPECT(strcmp(vestige_code_name(VESTIGE_ERROR_CONFIG), "VESTIGE_ERROR_CONFIG"), 0);
   EXPECT(vestige_version()[0] != '\0', 1);
 }

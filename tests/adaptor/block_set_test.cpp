@@ -165,10 +165,9 @@ TEST(BlockSet, CellSamplesStandAtTheCellsCentres) {
   auto description = grid({3, 6, 3});
   description.axes[0] = {0.0, 1.0, 4.0};
   blocks.describe(0, description);
-  const auto march = blocks.marchGrid(0, Location::Cell);
-  EXPECT_EQ(march.nodes[0], (std::vector<double>{0.5, 2.5}));
-  EXPECT_EQ(march.owned.low.x, 0.0);
-  EXPECT_EQ(march.owned.high.x, 4.0);
+  EXPECT_EQ(blocks.at(0).nodes(Location::Cell)[0], (std::vector<double>{0.5, 2.5}));
+  EXPECT_EQ(blocks.owned(0).low.x, 0.0);
+  EXPECT_EQ(blocks.owned(0).high.x, 4.0);
 }
 
 TEST(BlockSet, DomainOfOnePointAlongAnAxisIsOneSpacingThick) {
@@ -188,8 +187,25 @@ TEST(BlockSet, EmptyBlocksAreFineAndAllEmptyIsAnError) {
   expectFails(VESTIGE_ERROR_GRID, "no block has any points", [&] { blocks.validate(); });
   blocks.describe(4, grid({4, 4, 4}));
   blocks.validate();
-  EXPECT_TRUE(blocks.marchGrid(3, Location::Point).empty());
   EXPECT_EQ(blocks.at(3).samples(Location::Cell), (std::array<int, 3>{0, 0, 0}));
+}
+
+TEST(BlockSet, RefusesSizesThatNoDeviceHolds) {
+  BlockSet blocks;
+  expectFails(VESTIGE_ERROR_GRID, "block 2 has 1073741824 x 2 x 2 points, more than", [&] {
+    blocks.describe(2, grid({1 << 30, 2, 2}));
+  });
+  const int most = std::numeric_limits<int>::max();
+  expectFails(VESTIGE_ERROR_GRID, "1048576 along an axis and 68719476736 in all", [&] {
+    blocks.describe(0, grid({most, most, most}));
+  });
+  expectFails(VESTIGE_ERROR_GRID, "65536 x 65536 x 17", [&] {
+    blocks.describe(0, grid({65536, 65536, 17}));
+  });
+  EXPECT_TRUE(blocks.blocks().empty());
+  blocks.describe(0, grid({most, 0, most}));
+  blocks.describe(1, grid({4, 4, 4}, {most, -most, most - 1}));
+  blocks.validate();
 }
 
 TEST(BlockSet, RefusesGridsThatMakeNoSense) {

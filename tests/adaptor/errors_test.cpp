@@ -5,11 +5,13 @@
 // hosts_test.cpp.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <utility>
 
 #include "simulation.h"
 
@@ -145,12 +147,65 @@ TEST(Errors, ArchiveThatCannotBeMade) {
   expectRefused(run, VESTIGE_ERROR_IO, "/proc/vestige.cdb");
 }
 
-TEST(Errors, BlockThatNoTextureHolds) {
+TEST(Errors, BlockThatNoDeviceHolds) {
   const Folder folder;
   Simulation run(folder / "a.cdb");
-  Sample sample({40000, 2, 2});
-  expectError(run, run.step(sample, 0), VESTIGE_ERROR_GL, "40000");
+  vestige_grid grid = VESTIGE_GRID_INIT;
+  grid.points[0] = 1 << 30;
+  grid.points[1] = grid.points[2] = 2;
+  expectError(run, vestige_block(run.session, 0, &grid), VESTIGE_ERROR_GRID,
+              "block 0 has 1073741824 x 2 x 2 points, more than a block can have");
+  // Coordinates are not read before.
+  const double axis[] = {0.0, 1.0};
+  grid.axes[0] = axis;
+  expectError(run, vestige_block(run.session, 0, &grid), VESTIGE_ERROR_GRID, "1073741824");
   EXPECT_EQ(run.step(Sample(), 1), VESTIGE_OK) << run.error();
+}
+
+TEST(Errors, FieldsAtPointsAndAtCellsOfOneName) {
+  const Folder folder;
+  const Sample sample;
+  Simulation run(folder / "a.cdb");
+  auto* s = run.session;
+  vestige_block(s, 0, &sample.grid);
+  const auto share = [&](int location) {
+    return vestige_share_field(s, 0, "f", VESTIGE_FLOAT32, location, 1, sample.values.data(),
+                               nullptr);
+  };
+  EXPECT_EQ(share(VESTIGE_POINT), VESTIGE_OK);
+  EXPECT_EQ(share(VESTIGE_POINT), VESTIGE_OK) << "shared anew";
+  expectError(run, share(VESTIGE_CELL), VESTIGE_ERROR_FIELD,
+              "field 'f' of block 0 is shared at points already");
+  EXPECT_EQ(vestige_execute(s, 0, 0.0), VESTIGE_OK) << "the first one is stored: " << run.error();
+  vestige_share_field(s, 0, "f", VESTIGE_FLOAT32, VESTIGE_CELL, 1, sample.values.data(), nullptr);
+  EXPECT_EQ(vestige_execute(s, 1, 0.1), VESTIGE_OK) << run.error();
+}
+
+TEST(Errors, ReportsOfImportersAreLogged) {
+  const Folder folder;
+  Simulation run(folder / "a.cdb");
+  auto* s = run.session;
+  for (int i = 0; i < 2; ++i)
+    EXPECT_EQ(vestige_report(s, VESTIGE_OK, "a part is missing"), VESTIGE_OK);
+  EXPECT_EQ(std::count(run.log.begin(), run.log.end(), "warning: a part is missing"), 1);
+  expectError(run, vestige_report(s, VESTIGE_ERROR_FIELD, "no tuples"), VESTIGE_ERROR_FIELD,
+              "no tuples");
+  expectError(run, vestige_report(s, 99, "?"), VESTIGE_ERROR_ARGUMENT, "99 is no vestige_code");
+  expectError(run, vestige_report(s, VESTIGE_OK, nullptr), VESTIGE_ERROR_ARGUMENT, "no sentence");
+  EXPECT_EQ(vestige_report(nullptr, VESTIGE_OK, "?"), VESTIGE_ERROR_ARGUMENT);
+}
+
+TEST(Errors, CloseSaysHowTheRunEnded) {
+  const Folder folder;
+  const Sample sample;
+  const std::string config = std::string(kSmallImage) + "[[field]]\nsource = 'g'\n";
+  Simulation lost(folder / "a.cdb", config);
+  EXPECT_EQ(lost.step(sample, 0), VESTIGE_ERROR_NO_FIELD);
+  EXPECT_EQ(vestige_close(std::exchange(lost.session, nullptr)), VESTIGE_ERROR_NO_FIELD);
+  Simulation fine(folder / "b.cdb");
+  vestige_execute(fine.session, 0, 0.0);
+  EXPECT_EQ(fine.step(sample, 1), VESTIGE_OK) << fine.error();
+  EXPECT_EQ(vestige_close(std::exchange(fine.session, nullptr)), VESTIGE_OK);
 }
 
 TEST(Errors, CommunicatorWithoutMpi) {
@@ -175,7 +230,7 @@ TEST(Errors, StructsOfAnotherVersion) {
   EXPECT_EQ(vestige_open(&options, &session), VESTIGE_ERROR_VERSION);
   vestige_close(session);
   options = VESTIGE_OPTIONS_INIT;
-  options.reserved = 1;
+  options.flags = VESTIGE_QUIET | 64;
   EXPECT_EQ(vestige_open(&options, &session), VESTIGE_ERROR_VERSION);
   vestige_close(session);
 

@@ -189,7 +189,8 @@ TEST(FieldView, NormalisesInDoubleSoThatSmallDifferencesSurvive) {
   const FieldReader reader(packed(SampleType::Float64, data), {}, {}, unitNodes());
   for (const int threads : {1, 3}) {
     std::vector<float> out(kCount);
-    fillNormalised(reader, 101324.99, 101325.01, 0, 3, out.data(), threads);
+    fillNormalised(reader, 101324.99, 101325.01, {{0, 0, 0}, reader.size()}, 0, 3, out.data(),
+                   threads);
     EXPECT_EQ(out[0], 0.0f);
     EXPECT_EQ(out[1], 1.0f);
     EXPECT_TRUE(std::isnan(out[2]));
@@ -202,7 +203,7 @@ TEST(FieldView, FillsASlabAsPartOfTheWhole) {
   for (int i = 0; i < kCount; ++i) data.push_back(float(i));
   const FieldReader reader(packed(SampleType::Float32, data), {}, {}, unitNodes());
   std::vector<float> slab(20);
-  fillNormalised(reader, 0.0, 1.0, 1, 2, slab.data(), 2);
+  fillNormalised(reader, 0.0, 1.0, {{0, 0, 0}, reader.size()}, 1, 2, slab.data(), 2);
   for (int i = 0; i < 20; ++i) EXPECT_EQ(slab[std::size_t(i)], float(20 + i));
 }
 

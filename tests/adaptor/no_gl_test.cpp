@@ -27,7 +27,7 @@ TEST(NoGl, IsToldAndDisablesTheSession) {
       << vestige_last_error(session);
   EXPECT_EQ(vestige_wants(session, 0, 0.0), 0);
   EXPECT_EQ(vestige_execute(session, 0, 0.0), VESTIGE_ERROR_NO_GL);
-  EXPECT_EQ(vestige_close(session), VESTIGE_OK);
+  EXPECT_EQ(vestige_close(session), VESTIGE_ERROR_NO_GL);
 }
 
 }  // namespace

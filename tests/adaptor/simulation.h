@@ -65,6 +65,16 @@ std::string damageOf(const std::string& archive);
 /// The cycles in the archive.
 std::vector<long> cyclesOf(const std::string& archive);
 
+/// For what runs in a child: leave it with what is wrong.
+#define RETURN_UNLESS(condition)                                     \
+  do {                                                               \
+    if (!(condition)) return std::string(#condition) + " is not so"; \
+  } while (false)
+#define RETURN_UNLESS_OK(call)                                                               \
+  do {                                                                                       \
+    if (const int code = (call)) return std::string(#call) + ": " + vestige_code_name(code); \
+  } while (false)
+
 /// Runs `work` in a forked child and expects it to return "" there: a failure's text comes back,
 /// and so does a death by signal. Fork before this process has made threads or GL contexts.
 std::string inChild(const std::function<std::string()>& work);

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
+#include <vtkBitArray.h>
 #include <vtkCellArray.h>
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
 #include <vtkHexahedron.h>
+#include <vtkHyperTreeGrid.h>
+#include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkStringArray.h>
 #include <vtkUnstructuredGrid.h>
 
 #include <cmath>
@@ -137,6 +142,172 @@ TEST(VtkImport, OtherDataSetsAreResampled) {
   EXPECT_NEAR(file.header().statistics.low, 0.0, 0.02);
   EXPECT_NEAR(file.header().statistics.high, 12.0, 0.02);
   EXPECT_EQ(damageOf(folder / "a.cdb"), "");
+}
+
+/// Points with a field, and cells of a type that take `corners` of them each.
+template <class Data>
+vtkNew<Data> cellsOf(int type, const std::vector<std::array<double, 3>>& points, int corners) {
+  vtkNew<Data> data;
+  vtkNew<vtkPoints> places;
+  vtkNew<vtkDoubleArray> values;
+  values->SetName("f");
+  for (const auto& point : points) {
+    places->InsertNextPoint(point.data());
+    values->InsertNextValue(point[0] + 10.0 * point[1]);
+  }
+  data->SetPoints(places);
+  data->GetPointData()->AddArray(values);
+  data->Allocate(vtkIdType(points.size()));
+  for (vtkIdType i = 0; i + corners <= vtkIdType(points.size()); i += corners) {
+    vtkIdType ids[8];
+    for (int c = 0; c < corners; ++c) ids[c] = i + c;
+    data->InsertNextCell(type, corners, ids);
+  }
+  return data;
+}
+
+const std::vector<std::array<double, 3>> kPlaces = {{0, 0, 0}, {1, 0, 0.5}, {0, 1, 1},
+                                                    {1, 1, 0}, {2, 0, 0.5}, {1, 2, 1}};
+
+TEST(VtkImport, WhatHasNoVolumeIsAnErrorThatSaysWhatItIs) {
+  const Folder folder;
+  Simulation run(folder / "a.cdb");
+  VtkImport import(run.session);
+  const auto expect = [&](vtkDataObject* data, int code, const std::string& part) {
+    EXPECT_EQ(import.share(0, data), code) << part;
+    EXPECT_NE(run.error().find(part), std::string::npos) << run.error();
+    EXPECT_TRUE(run.logged(part));
+  };
+  expect(cellsOf<vtkUnstructuredGrid>(VTK_VERTEX, kPlaces, 1), VESTIGE_ERROR_GRID,
+         "block 0 is a vtkUnstructuredGrid of vertices, 6 points: no cell has a volume");
+  expect(cellsOf<vtkPolyData>(VTK_VERTEX, kPlaces, 1), VESTIGE_ERROR_GRID, "of vertices");
+  expect(cellsOf<vtkPolyData>(VTK_LINE, kPlaces, 2), VESTIGE_ERROR_GRID, "of lines");
+  expect(cellsOf<vtkPolyData>(VTK_TRIANGLE, kPlaces, 3), VESTIGE_ERROR_GRID, "of surfaces");
+  expect(cellsOf<vtkUnstructuredGrid>(VTK_VERTEX, kPlaces, 8), VESTIGE_ERROR_GRID, "without cells");
+  expect(vtkNew<vtkHyperTreeGrid>(), VESTIGE_ERROR_ARGUMENT, "is a vtkHyperTreeGrid");
+  expect(nullptr, VESTIGE_ERROR_ARGUMENT, "is NULL");
+  auto places = kPlaces;
+  places[1][2] = std::nan("");
+  places[2][0] = HUGE_VAL;
+  expect(cellsOf<vtkUnstructuredGrid>(VTK_TETRA, places, 4), VESTIGE_ERROR_GRID, "reaches from");
+  EXPECT_EQ(import.share(0, cellsOf<vtkUnstructuredGrid>(VTK_TETRA, kPlaces, 4), 1 << 30),
+            VESTIGE_ERROR_ARGUMENT);
+}
+
+TEST(VtkImport, EmptyDataSetsAreEmptyBlocks) {
+  const Folder folder;
+  const Sample sample;
+  Simulation run(folder / "a.cdb");
+  VtkImport import(run.session);
+  vtkNew<vtkUnstructuredGrid> nothing;
+  vtkNew<vtkImageData> sizeless;
+  vtkNew<vtkRectilinearGrid> unset;
+  ASSERT_EQ(import.share(0, imageOf(sample)), VESTIGE_OK) << run.error();
+  EXPECT_EQ(import.share(1, nothing), VESTIGE_OK) << run.error();
+  EXPECT_EQ(import.share(2, sizeless), VESTIGE_OK) << run.error();
+  EXPECT_EQ(import.share(3, unset), VESTIGE_OK) << run.error();
+  EXPECT_EQ(vestige_execute(run.session, 0, 0.0), VESTIGE_OK) << run.error();
+}
+
+TEST(VtkImport, FlatMeshesAreStoredAsPlanes) {
+  const Folder folder;
+  const auto flat = cellsOf<vtkUnstructuredGrid>(
+      VTK_QUAD, {{0, 0, 0}, {0.4, 0, 0}, {0.4, 0.2, 0}, {0, 0.2, 0}}, 4);
+  archiveOf(folder / "a.cdb", flat, 17);
+  const Archive archive(folder / "a.cdb");
+  const auto header = archive.open(archive.rows().front()).header();
+  EXPECT_EQ(header.statistics.count, 17u * 9u);
+  EXPECT_EQ(header.statistics.noData, 0u);
+  EXPECT_NEAR(header.statistics.high, 2.4, 1e-5);
+  EXPECT_NEAR(header.domain.size().z, 0.4 / 16, 1e-3);
+}
+
+TEST(VtkImport, ArraysThatAreTooShortAreErrorsAndOthersAreStored) {
+  const Folder folder;
+  const Sample sample;
+  Simulation run(folder / "a.cdb");
+  VtkImport import(run.session);
+  auto image = imageOf(sample);
+  vtkNew<vtkFloatArray> brief;
+  brief->SetName("brief");
+  brief->SetNumberOfTuples(63);
+  image->GetPointData()->AddArray(brief);
+  EXPECT_EQ(import.share(0, image), VESTIGE_ERROR_FIELD);
+  EXPECT_NE(run.error().find("point array 'brief' of block 0 has 63 tuples, the block has 7680"),
+            std::string::npos)
+      << run.error();
+  EXPECT_EQ(vestige_execute(run.session, 0, 0.0), VESTIGE_OK) << run.error();
+  EXPECT_EQ(Archive(folder / "a.cdb").fields(), std::vector<std::string>{"f"});
+
+  auto tetra = cellsOf<vtkUnstructuredGrid>(VTK_TETRA, kPlaces, 4);
+  brief->SetNumberOfTuples(3);
+  tetra->GetPointData()->AddArray(brief);
+  EXPECT_EQ(import.share(0, tetra), VESTIGE_ERROR_FIELD) << run.error();
+  EXPECT_EQ(vestige_execute(run.session, 1, 0.0), VESTIGE_OK) << run.error();
+
+  vtkNew<vtkRectilinearGrid> grid;
+  grid->SetDimensions(4, 4, 4);
+  EXPECT_EQ(import.share(0, grid), VESTIGE_ERROR_GRID);
+  EXPECT_NE(run.error().find("x coordinates for 4 points"), std::string::npos) << run.error();
+}
+
+TEST(VtkImport, ArraysThatAreLeftOutAreNamedOnce) {
+  const Folder folder;
+  const Sample sample;
+  Simulation run(folder / "a.cdb");
+  VtkImport import(run.session);
+  auto image = imageOf(sample);
+  vtkNew<vtkStringArray> names;
+  names->SetName("names");
+  names->SetNumberOfTuples(image->GetNumberOfPoints());
+  vtkNew<vtkBitArray> bits;
+  bits->SetName("bits");
+  bits->SetNumberOfTuples(image->GetNumberOfPoints());
+  vtkNew<vtkFloatArray> cells;
+  cells->SetName("f");
+  cells->SetNumberOfTuples(image->GetNumberOfCells());
+  cells->FillValue(1.0f);
+  image->GetPointData()->AddArray(names);
+  image->GetPointData()->AddArray(bits);
+  image->GetCellData()->AddArray(cells);
+  for (int cycle = 0; cycle < 2; ++cycle) {
+    EXPECT_EQ(import.share(0, image), VESTIGE_OK) << run.error();
+    EXPECT_EQ(vestige_execute(run.session, cycle, 0.1 * cycle), VESTIGE_OK) << run.error();
+    import.release();
+  }
+  const auto times = [&](const std::string& part) {
+    return std::count_if(run.log.begin(), run.log.end(), [&](const std::string& line) {
+      return line.rfind("warning: ", 0) == 0 && line.find(part) != std::string::npos;
+    });
+  };
+  EXPECT_EQ(times("point array 'names' of block 0 is left out: a vtkStringArray"), 1);
+  EXPECT_EQ(times("'bits' of block 0 is left out: a vtkBitArray"), 1);
+  EXPECT_EQ(times("cell array 'f' of block 0 is left out: a point array has that name"), 1);
+  // The point array is what is stored.
+  const Archive archive(folder / "a.cdb");
+  EXPECT_EQ(archive.open(archive.rows().front()).header().statistics.count, sample.values.size());
+}
+
+TEST(VtkImport, LeavesOfCompositesAreBlocksAndThoseThatGoAreEmpty) {
+  const Folder folder;
+  const Sample sample;
+  Simulation run(folder / "a.cdb");
+  VtkImport import(run.session);
+  vtkNew<vtkMultiBlockDataSet> both;
+  auto left = imageOf(sample), right = imageOf(sample);
+  right->SetOrigin(1.0, 0.0, 0.0);
+  both->SetBlock(0, left);
+  both->SetBlock(1, nullptr);
+  both->SetBlock(2, right);
+  const auto width = [&](int cycle) {
+    EXPECT_EQ(import.share(0, both), VESTIGE_OK) << run.error();
+    EXPECT_EQ(vestige_execute(run.session, cycle, 0.1 * cycle), VESTIGE_OK) << run.error();
+    const Archive archive(folder / "a.cdb");
+    return archive.open(archive.rows().back()).header().domain.size().x;
+  };
+  EXPECT_NEAR(width(0), 2.0, 1e-6);
+  both->SetNumberOfBlocks(1);
+  EXPECT_NEAR(width(1), 1.0, 1e-6);
 }
 
 TEST(VtkImport, EveryVtkTypeThatHoldsNumbersHasOneOfOurs) {

@@ -1,36 +1,72 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# The installed package: find_package(vestige COMPONENTS adaptor|proxy|explorer). A solver that
-# links vestige::adaptor needs nothing but the one shared library and its header.
+# The installed package: find_package(vestige COMPONENTS adaptor|proxy|explorer), and vestige.pc for
+# whoever links the adaptor without CMake. A solver that links the shared vestige::adaptor needs
+# nothing but that library and its header; the static one brings ours and asks for theirs.
+# What has not been built is named and left out.
 include(CMakePackageConfigHelpers)
 set(VESTIGE_PACKAGE_DIR "${CMAKE_INSTALL_LIBDIR}/cmake/vestige")
 
-install(TARGETS vestige_adaptor EXPORT vestigeAdaptorTargets)
-install(TARGETS vestige_proxy vestige_gl EXPORT vestigeProxyTargets)
-install(TARGETS vestige_explorer EXPORT vestigeExplorerTargets)
-foreach(component IN ITEMS Adaptor Proxy Explorer)
-  install(EXPORT vestige${component}Targets NAMESPACE vestige:: DESTINATION "${VESTIGE_PACKAGE_DIR}")
-endforeach()
+function(vestige_install component)
+  foreach(target IN LISTS ARGN)
+    if(component STREQUAL "programs")
+      set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
+      install(TARGETS ${target} OPTIONAL COMPONENT programs)
+    else()
+      install(TARGETS ${target} EXPORT vestige-${component} OPTIONAL COMPONENT ${component})
+    endif()
+    install(CODE "if(NOT EXISTS \"$<TARGET_FILE:${target}>\")
+      message(STATUS \"Not built, so not installed: $<TARGET_FILE_NAME:${target}>\")
+    endif()" COMPONENT ${component})
+  endforeach()
+endfunction()
 
+get_target_property(type vestige_adaptor TYPE)
+if(type STREQUAL "STATIC_LIBRARY")
+  set(VESTIGE_STATIC ON)
+  vestige_install(adaptor vestige_adaptor vestige_adaptor_core vestige_march)
+  set(VESTIGE_PC_REQUIRES "OpenEXR libpng zlib fmt")
+  set(VESTIGE_PC_LIBS "-lvestige_adaptor -lvestige_adaptor_core -lvestige_march -lvestige_proxy \
+-lvestige_gl -lzfp -lstdc++ -lm -ldl -pthread")
+else()
+  set(VESTIGE_STATIC OFF)
+  vestige_install(adaptor vestige_adaptor)
+  set(VESTIGE_PC_REQUIRES "")
+  set(VESTIGE_PC_LIBS "-lvestige_adaptor")
+endif()
+vestige_install(proxy vestige_proxy vestige_gl)
+vestige_install(explorer vestige_explorer)
+foreach(component IN ITEMS adaptor proxy explorer)
+  install(EXPORT vestige-${component} NAMESPACE vestige:: DESTINATION "${VESTIGE_PACKAGE_DIR}"
+          COMPONENT ${component})
+endforeach()
 foreach(program IN ITEMS vestige-explorer vestige-mini-sim vestige-replay)
   if(TARGET ${program})
-    set_target_properties(${program} PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
-    install(TARGETS ${program})
+    vestige_install(programs ${program})
   endif()
 endforeach()
 
 install(FILES adaptor/vestige.h adaptor/vestige.hpp adaptor/vestige_vtk.h
-        DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+        DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT adaptor)
 foreach(folder IN ITEMS proxy explorer)
   install(DIRECTORY ${folder}/ DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/vestige/${folder}"
-          FILES_MATCHING PATTERN "*.h" PATTERN "shaders" EXCLUDE PATTERN "web" EXCLUDE)
+          COMPONENT ${folder} FILES_MATCHING PATTERN "*.h" PATTERN "shaders" EXCLUDE
+          PATTERN "web" EXCLUDE)
 endforeach()
 install(FILES "${PROJECT_BINARY_DIR}/generated/proxy/version.h"
-        DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/vestige/proxy")
+        DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/vestige/proxy" COMPONENT proxy)
 
 configure_package_config_file(cmake/vestigeConfig.cmake.in
-  "${PROJECT_BINARY_DIR}/vestigeConfig.cmake" INSTALL_DESTINATION "${VESTIGE_PACKAGE_DIR}")
+  "${PROJECT_BINARY_DIR}/vestigeConfig.cmake" INSTALL_DESTINATION "${VESTIGE_PACKAGE_DIR}"
+  PATH_VARS CMAKE_INSTALL_LIBDIR)
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/vestigeConfigVersion.cmake"
                                  COMPATIBILITY SameMinorVersion)
-install(FILES "${PROJECT_BINARY_DIR}/vestigeConfig.cmake"
-              "${PROJECT_BINARY_DIR}/vestigeConfigVersion.cmake"
-        DESTINATION "${VESTIGE_PACKAGE_DIR}")
+file(RELATIVE_PATH VESTIGE_PC_PREFIX "/p/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/p")
+configure_file(cmake/vestige.pc.in "${PROJECT_BINARY_DIR}/vestige.pc" @ONLY)
+# A part of every component: whichever is installed can be found.
+foreach(component IN ITEMS adaptor proxy explorer)
+  install(FILES "${PROJECT_BINARY_DIR}/vestigeConfig.cmake"
+                "${PROJECT_BINARY_DIR}/vestigeConfigVersion.cmake"
+          DESTINATION "${VESTIGE_PACKAGE_DIR}" COMPONENT ${component})
+endforeach()
+install(FILES "${PROJECT_BINARY_DIR}/vestige.pc"
+        DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT adaptor)

@@ -9,6 +9,7 @@
 #include <optional>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "proxy/error.h"
 #include "proxy/gl/context.h"
@@ -95,13 +96,34 @@ std::unique_ptr<Context> openWithThreads(OpenContext open, int& threads) {
   return open();
 }
 
+/// Mesa prints what it tries in vain (a cache, a GPU that is not ours): of that it says nothing
+/// while it opens, unless the user's own environment wants to know. It reads these once a process.
+std::unique_ptr<Context> openQuietly(OpenContext open, int& threads) {
+  std::vector<std::unique_ptr<ScopedEnvironment>> scoped;
+  struct LastFirst {
+    std::vector<std::unique_ptr<ScopedEnvironment>>& scoped;
+    ~LastFirst() {
+      while (!scoped.empty()) scoped.pop_back();
+    }
+  } const lastFirst{scoped};
+  for (const auto& [name, value] : {std::pair{"EGL_LOG_LEVEL", "fatal"},
+                                    {"LIBGL_DEBUG", "quiet"},
+                                    {"MESA_LOG_FILE", "/dev/null"}}) {
+    if (!std::getenv(name)) scoped.push_back(std::make_unique<ScopedEnvironment>(name, value));
+  }
+  if (!hasShaderCache()) {
+    scoped.push_back(std::make_unique<ScopedEnvironment>("MESA_SHADER_CACHE_DISABLE", "true"));
+  }
+  return openWithThreads(open, threads);
+}
+
 /// The whole life of a device's thread; the first `done` says that it is open or has failed.
 void threadMain(Mailbox& mailbox, OpenContext open, int threads) {
   std::unique_ptr<Context> context;
   std::exception_ptr error;
   try {
     resetThread();
-    context = openWithThreads(open, threads);
+    context = openQuietly(open, threads);
     setThreadFunctions(&context->functions());
     mailbox.info = describe(*context, threads);
   } catch (...) {

@@ -26,6 +26,10 @@ void resetThread();
 /// Processors that this thread may run on.
 int allowedProcessors();
 
+/// Whether Mesa can keep compiled shaders where the environment says, or in ~/.cache; where it
+/// cannot, it prints so.
+bool hasShaderCache();
+
 /// Has getenv(name) give `value` while alive. The host's environment array is neither edited nor
 /// reallocated: `environ` points to a copy with one more entry meanwhile, so other threads that
 /// read the environment at this moment see the old array or the new one, both whole. (setenv

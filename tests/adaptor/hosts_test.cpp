@@ -205,6 +205,34 @@ TEST(Hosts, ClosedStandardStreamsReceiveNothing) {
             "");
 }
 
+TEST(Hosts, MesaPrintsNothingWhereItCannotKeepItsCacheAndTheEnvironmentStays) {
+  for (const char* backend : {"osmesa", "egl"}) {
+    EXPECT_EQ(inChild([&]() -> std::string {
+                const Folder folder;
+                unsetenv("DISPLAY");
+                unsetenv("MESA_SHADER_CACHE_DIR");
+                setenv("HOME", "/proc/nowhere", 1);
+                setenv("XDG_CACHE_HOME", "/proc/nowhere", 1);
+                setenv("VESTIGE_GL", backend, 1);
+                char** const before = environ;
+                const int file = open((folder / "out").c_str(), O_CREAT | O_RDWR, 0600);
+                dup2(file, 1);
+                dup2(file, 2);
+                {
+                  Simulation run(folder / "a.cdb");
+                  RETURN_UNLESS_OK(run.opened);
+                  RETURN_UNLESS_OK(run.step(Sample(), 0));
+                }
+                RETURN_UNLESS(environ == before);
+                RETURN_UNLESS(!getenv("MESA_SHADER_CACHE_DISABLE") && !getenv("EGL_LOG_LEVEL"));
+                std::ifstream printed(folder / "out");
+                return {std::istreambuf_iterator<char>(printed), {}};
+              }),
+              "")
+        << backend;
+  }
+}
+
 TEST(Hosts, NothingIsPrintedWhereThereIsALog) {
   EXPECT_EQ(inChild([]() -> std::string {
               const Folder folder;

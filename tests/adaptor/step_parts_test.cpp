@@ -18,8 +18,8 @@ namespace {
 
 constexpr const char* kEverything = R"(
 [image]
-width = 40
-height = 30
+width = 30
+height = 20
 phong = true
 proxies = ["attenuation", "length", "depth", "mip", "reference", "layered", "sliced", "features", "sliced-features"]
 [layered]
@@ -44,8 +44,11 @@ width = [0.3]
 
 /// All proxies of a step, marched under these limits.
 std::vector<EncodedProxy> proxiesOf(const BlockSet& blocks, const TextureLimits& limits) {
+  // One of each, which keeps its programs.
+  static const Config config = configFromText(kEverything, "test");
   static const auto device = gl::Device::create("auto", 2);
-  const Config config = configFromText(kEverything, "test");
+  static StepMarcher marcher(config, device);
+  static FeatureStep featureStep(config, device);
   StepTimes times;
   const auto plans = planFields(config, blocks, {});
   const double referenceLength = blocks.domain().diagonal() / 100.0;
@@ -53,13 +56,13 @@ std::vector<EncodedProxy> proxiesOf(const BlockSet& blocks, const TextureLimits&
   const StepField field{plans[0], statistics,
                         classify(plans[0].config, statistics, referenceLength)};
   const StepFrame frame{0, 0.0, &blocks, resolveViews(config, blocks.domain()), "", limits};
-  auto proxies = StepMarcher(config, device).march(frame, field, 2, times);
+  auto proxies = marcher.march(frame, field, 2, times);
   const auto classifiers = planClassifiers(config, plans, blocks, {});
   const StepClassifier classifier{
       classifiers[0],
       originOf(classifiers[0], {fieldDomain(field.classification.partition, statistics)},
                referenceLength, blocks)};
-  auto features = FeatureStep(config, device).march(frame, classifier, 2, times);
+  auto features = featureStep.march(frame, classifier, 2, times);
   std::move(features.begin(), features.end(), std::back_inserter(proxies));
   return proxies;
 }
@@ -99,8 +102,10 @@ void expectAlike(const std::string& a, const std::string& b) {
           const float x = channel.values[i], y = theirs[i];
           if (!(std::abs(x - y) <= step || x == y || (std::isnan(x) && std::isnan(y)))) ++far;
         }
-        EXPECT_EQ(far, 0) << row.view << " " << row.proxy << " " << part.name << " "
-                          << channel.name;
+        // A mean depth is a quotient, of next to nothing at the rims of features.
+        const bool quotient = row.proxy == kind::kFeatures && part.name == "depth";
+        EXPECT_LE(far, quotient ? 5 : 0)
+            << row.view << " " << row.proxy << " " << part.name << " " << channel.name;
       }
     }
   }
@@ -109,7 +114,7 @@ void expectAlike(const std::string& a, const std::string& b) {
 /// Points and cells, even and stretched axes.
 void expectPartsAreTheWhole(Location location, bool stretched) {
   const Folder folder;
-  const Sample sample({33, 26, 18});
+  const Sample sample({33, 14, 10});
   GridDescription grid;
   for (std::size_t a = 0; a < 3; ++a) {
     grid.points[a] = sample.size[a] + (location == Location::Cell ? 1 : 0);
@@ -129,7 +134,7 @@ void expectPartsAreTheWhole(Location location, bool stretched) {
   blocks.share(0, view);
   ArchiveWriter(folder / "whole.cdb", ExistingArchive::Refuse).writeStep(proxiesOf(blocks, {}));
   ArchiveWriter(folder / "split.cdb", ExistingArchive::Refuse)
-      .writeStep(proxiesOf(blocks, {17, 2500}));
+      .writeStep(proxiesOf(blocks, {17, 1700}));
   expectAlike(folder / "whole.cdb", folder / "split.cdb");
 }
 
@@ -139,7 +144,8 @@ TEST(StepParts, PartsOfStretchedAxesAreTheWhole) { expectPartsAreTheWhole(Locati
 
 TEST(StepParts, AChannelLongerThanATextureJustWorks) {
   const Folder folder;
-  const Sample sample({3000, 16, 16});
+  Sample sample({3000, 16, 16});
+  for (double& spacing : sample.grid.spacing) spacing = 1.0 / 15;
   {
     Simulation run(folder / "a.cdb",
                    "[image]\nwidth = 300\nheight = 20\nproxies = ['attenuation', 'length', "
@@ -148,7 +154,7 @@ TEST(StepParts, AChannelLongerThanATextureJustWorks) {
     ASSERT_EQ(run.step(sample, 0), VESTIGE_OK) << run.error();
   }
   EXPECT_EQ(damageOf(folder / "a.cdb"), "");
-  // Every ray through the channel meets values along its whole way.
+  // Rays through the channel meet values along their whole way, from its one end to the other.
   const Archive archive(folder / "a.cdb");
   const auto* row = archive.find(0, "front", "f", kind::kLength);
   ASSERT_NE(row, nullptr);
@@ -156,7 +162,13 @@ TEST(StepParts, AChannelLongerThanATextureJustWorks) {
   std::vector<double> total(image.header.size.pixels(), 0.0);
   for (const auto& channel : image.part("length").channels)
     for (std::size_t i = 0; i < total.size(); ++i) total[i] += double(channel.values[i]);
-  EXPECT_GT(std::count_if(total.begin(), total.end(), [](double t) { return t > 0.98; }), 4000);
+  int columns = 0;
+  for (std::size_t x = 0; x < 300; ++x) {
+    bool whole = false;
+    for (std::size_t y = 0; y < 20; ++y) whole = whole || std::abs(total[300 * y + x] - 1.0) < 0.01;
+    columns += whole ? 1 : 0;
+  }
+  EXPECT_GT(columns, 285);
 }
 
 }  // namespace

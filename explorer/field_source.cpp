@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "explorer/field_thinning.h"
 #include "explorer/parallel.h"
 
 namespace vestige {
@@ -94,7 +95,7 @@ FieldSamples evenlySampled(FieldSamples field) {
 }
 
 PlacedField placedField(const ProxyImage& image) {
-  FieldSamples field = evenlySampled(fieldSamples(image));
+  FieldSamples field = thinned(evenlySampled(thinned(fieldSamples(image))));
   PlacedField placed;
   placed.header = image.header;
   for (int a = 0; a < 3; ++a) {
@@ -133,11 +134,18 @@ VolumeView FieldSource::draw(const Look& look, const TransferFunction& function,
 
 std::string FieldSource::note() const {
   const FieldGrid& grid = *header_.grid;
-  return fmt::format("field answers: {} x {} x {} samples{}, each within {:.3g}{} of {}",
+  std::string drawn;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (grid.axes[a].count > kMostTextureSide) {
+      drawn += fmt::format("; drawn from {} along {}, as many as a texture takes", kMostTextureSide,
+                           "xyz"[a]);
+    }
+  }
+  return fmt::format("field answers: {} x {} x {} samples{}, each within {:.3g}{} of {}{}",
                      grid.axes[0].count, grid.axes[1].count, grid.axes[2].count,
                      grid.reduction > 1 ? fmt::format(", means of {}^3", grid.reduction) : "",
                      grid.tolerance, header_.units.empty() ? "" : " " + header_.units,
-                     grid.reduction > 1 ? "the mean" : "the run's");
+                     grid.reduction > 1 ? "the mean" : "the run's", drawn);
 }
 
 }  // namespace vestige

@@ -61,6 +61,8 @@ void printSentence(vestige_session& session, int level, const std::string& sente
     vestige::printLine(fmt::format("vestige: {} ({})", sentence, vestige_code_name(code)));
   } else if (level == VESTIGE_WARNING && session.printsWarnings) {
     vestige::printLine("vestige: warning: " + sentence);
+  } else if (level == VESTIGE_INFO && sentence.starts_with("dry run")) {
+    vestige::printLine("vestige: " + sentence);
   }
 }
 

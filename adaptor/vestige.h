@@ -7,8 +7,9 @@
  *  1. Every function that can fail returns a vestige_code as an int, VESTIGE_OK = 0. Nothing
  *     throws, exits, aborts, or raises a signal or a floating-point trap. The simulation goes on
  *     whatever is returned; checking is for reporting. Where neither a log is given nor
- *     VESTIGE_QUIET is set, a session writes its first error, and the warnings of vestige_open and
- *     vestige_report, to the standard error stream, a line each; nothing else is ever printed.
+ *     VESTIGE_QUIET is set, a session writes its first error, the warnings of vestige_open and
+ *     vestige_report, and what a dry run finds to the standard error stream, a line each; nothing
+ *     else is ever printed.
  *  2. An error of one step (disk full, a bad field) loses that step only; the next one is
  *     tried again. What cannot heal (no OpenGL, a bad configuration, an archive that we may
  *     not touch) disables the session: every later call returns that code at no cost.

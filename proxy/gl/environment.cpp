@@ -40,27 +40,23 @@ int allowedProcessors() {
 }
 
 bool hasShaderCache() {
-  const auto writable = [](const std::string& path) {
+  // As Mesa does: the folder, not those above it. Permissions alone do not say it, least of all to
+  // root.
+  const auto usable = [](const std::string& path) {
     struct stat there;
-    return ::stat(path.c_str(), &there) == 0 && S_ISDIR(there.st_mode) &&
-           ::access(path.c_str(), W_OK | X_OK) == 0;
-  };
-  // It makes the last folder, not those above.
-  const auto makeable = [&](const std::string& path) {
-    struct stat there;
-    if (::stat(path.c_str(), &there) == 0) return writable(path);
-    const auto slash = path.find_last_of('/', path.find_last_not_of('/'));
-    return slash != std::string::npos && writable(path.substr(0, slash + 1));
+    return ::mkdir(path.c_str(), 0755) == 0 ||
+           (::stat(path.c_str(), &there) == 0 && S_ISDIR(there.st_mode) &&
+            ::access(path.c_str(), W_OK | X_OK) == 0);
   };
   for (const char* name : {"MESA_SHADER_CACHE_DIR", "MESA_GLSL_CACHE_DIR", "XDG_CACHE_HOME"}) {
     const char* chosen = std::getenv(name);
-    if (chosen) return makeable(chosen);
+    if (chosen) return usable(chosen);
   }
   std::vector<char> buffer(1 << 14);
   passwd entry{};
   passwd* user = nullptr;
   return getpwuid_r(getuid(), &entry, buffer.data(), buffer.size(), &user) == 0 && user &&
-         makeable(std::string(user->pw_dir) + "/.cache");
+         usable(std::string(user->pw_dir) + "/.cache");
 }
 
 ScopedEnvironment::ScopedEnvironment(const std::string& name, const std::string& value)

@@ -27,7 +27,7 @@ void resetThread();
 int allowedProcessors();
 
 /// Whether Mesa can keep compiled shaders where the environment says, or in ~/.cache; where it
-/// cannot, it prints so.
+/// cannot, it prints so. Makes the folder, as Mesa would.
 bool hasShaderCache();
 
 /// Has getenv(name) give `value` while alive. The host's environment array is neither edited nor

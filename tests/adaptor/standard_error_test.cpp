@@ -98,6 +98,22 @@ TEST(StandardError, OfASessionTheFirstErrorIsPrintedAndGoodStepsAreNot) {
             "");
 }
 
+TEST(StandardError, ADryRunSaysWhatItFinds) {
+  EXPECT_EQ(
+      inChild([]() -> std::string {
+        const Folder folder;
+        const auto printed = printedBy(folder, [&] {
+          Silent run(folder / "a.cdb", 0, "dry_run = true\n[image]\nwidth = 48\nheight = 40\n");
+          run.step("f", 0);
+          vestige_close(run.session);
+        });
+        return printed.find("vestige: dry run: 1 steps would have been stored") != std::string::npos
+                   ? ""
+                   : "printed: " + printed;
+      }),
+      "");
+}
+
 TEST(StandardError, QuietSessionsPrintNothing) {
   EXPECT_EQ(inChild([]() -> std::string {
               const Folder folder;

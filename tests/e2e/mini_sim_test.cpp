@@ -54,6 +54,18 @@ TEST_F(MiniSim, LeavesAnArchiveThatTheExplorerChecksListsAndRenders) {
   EXPECT_EQ(readFile(folder_ / "out.png").substr(1, 3), "PNG");
 }
 
+TEST_F(MiniSim, OneProcessOfSeveralIsWarnedAndCheckSaysSoAfterwards) {
+  write("small.toml", kSmallConfig);
+  const auto outcome =
+      simulate({"--steps", "1", "--config", "small.toml"}, {{"PMI_SIZE", "4"}, {"PMI_RANK", "2"}});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_EQ(occurrences(outcome.out + outcome.err, "PMI_SIZE says that several processes run"), 1u);
+  const auto check = explore({"check", "plume.cdb"});
+  EXPECT_EQ(check.exitCode, 0) << check.out << check.err;
+  EXPECT_EQ(occurrences(check.out, "written by process 2 of 4 without a communicator"), 1u)
+      << check.out;
+}
+
 TEST_F(MiniSim, ArchiveIsTheSameWithAnyNumberOfThreads) {
   write("small.toml", kSmallConfig);
   for (const char* threads : {"1", "2"}) {

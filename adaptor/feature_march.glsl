@@ -32,11 +32,8 @@ struct Values {
 };
 
 float trilinear(sampler2DArray field, vec3 corner, vec3 share) {
-  vec4 low = textureGather(field, corner);
-  vec4 high = textureGather(field, vec3(corner.xy, corner.z + 1.0));
-  vec4 plane = low + share.z * (high - low);
-  vec2 row = plane.wz + share.y * (plane.xy - plane.wz);
-  return row.x + share.x * (row.y - row.x);
+  return trilinear(textureGather(field, corner),
+                   textureGather(field, vec3(corner.xy, corner.z + 1.0)), share);
 }
 
 Values valuesAt(Place p) {
@@ -64,11 +61,11 @@ Values valuesAt(Place p) {
 #define SAMPLE(z) valuesAt(placeOf(node0 + (z) * nodeDirection))
 #endif
 
+// No data in one field is none at all.
 bool hasData(Values v) {
 #ifdef GAPS
-  // By its bits: compilers may turn comparisons round, which NaN does not survive.
-  float sum = v.fields.x + v.fields.y + v.fields.z + v.fields.w + v.gradient;
-  return (floatBitsToUint(sum) & 0x7f800000u) != 0x7f800000u;
+  vec4 f = v.fields;
+  return !isGap(max(max(max(f.x, f.y), max(f.z, f.w)), v.gradient));
 #else
   return true;
 #endif
@@ -163,12 +160,19 @@ void main() {
     }
     end = slab < SLABS - 1 ? min(end, faces[slab + 1]) : end;
 #endif
-    if (hasData(a) && hasData(b)) {
+    bool aHas = hasData(a), bHas = hasData(b);
+    if (aHas || bHas) {
       vec2 share = clamp(vec2(z, end) / stepDepth - index, 0.0, 1.0);
-      float gradient = 0.5 * (a.gradient + b.gradient), weights[CHANNELS];
-      classify(mix(a.fields, b.fields, share.x), mix(a.fields, b.fields, share.y), gradient,
+      // Where one end has no data, the other end's half of the step is like that end.
+      Values from = a, to = b;
+      if (!aHas) from = b, share = max(share, 0.5);
+      if (!bHas) to = a, share = min(share, 0.5);
+      float gradient = 0.5 * (from.gradient + to.gradient), weights[CHANNELS];
+      classify(mix(from.fields, to.fields, share.x), mix(from.fields, to.fields, share.y), gradient,
                gradient, weights);
-      float run = max(end - z, 0.0);
+      bool whole = aHas && bHas;
+      vec2 ends = whole ? vec2(z, end) : (index + share) * stepDepth;
+      float run = max(ends.y - ends.x, 0.0);
 #ifdef SLABS
       for (int c = 0; c < CHANNELS; ++c) sums[c] += run * weights[c] * worldPerDepth;
 #else
@@ -180,7 +184,7 @@ void main() {
       for (int c = 0; c < CHANNELS; ++c) {
         float add = run * weights[c];
         sums[c] += add;
-        moments[c] += 0.5 * (z + end) * add;
+        moments[c] += 0.5 * (ends.x + ends.y) * add;
         attenuation[c] += rate[c] * worldPerDepth * add * mean;
       }
       left = max(left - mean * tau, 0.0);

@@ -74,16 +74,16 @@ std::vector<double>& scratch(int which, int size) {
 }
 
 /// The derivative at the middle one of three samples: central where both neighbours are there,
-/// one-sided where one is, 0 along an axis without extent, NaN where all neighbours lack data.
+/// one-sided where one is, 0 along an axis without extent or where both lack data: a sample with
+/// data stays one.
 double derivative(double before, double here, double after, double xBefore, double x, double xAfter,
                   bool hasBefore, bool hasAfter) {
-  if (!hasBefore && !hasAfter) return 0.0;
   const bool useBefore = hasBefore && !std::isnan(before);
   const bool useAfter = hasAfter && !std::isnan(after);
   if (useBefore && useAfter) return (after - before) / (xAfter - xBefore);
   if (useBefore) return (here - before) / (x - xBefore);
   if (useAfter) return (after - here) / (xAfter - x);
-  return kNoData;
+  return 0.0;
 }
 
 }  // namespace

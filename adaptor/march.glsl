@@ -70,9 +70,9 @@ float voxelAt(vec3 node) {
 }
 #define SAMPLE(z) voxelAt(node0 + (z) * nodeDirection)
 #elif defined(UNEVEN)
-#define SAMPLE(z) sampleAt(placeAt(origin + (z) * direction))
+#define SAMPLE(z) fieldAt(placeAt(origin + (z) * direction))
 #else
-#define SAMPLE(z) sampleAt(placeOf(node0 + (z) * nodeDirection))
+#define SAMPLE(z) fieldAt(placeOf(node0 + (z) * nodeDirection))
 #endif
 
 #if LAYERS > 0
@@ -84,13 +84,13 @@ uniform float isovalues[LAYERS];
 float layerDepth(float hit, float iso, float zIn, float zOut, vec3 origin, vec3 direction) {
   bool found = hit > -1e29;
   float za = found ? hit * stepDepth : zIn, zb = za + stepDepth;
-  float a = sampleAt(placeAt(origin + za * direction));
-  float b = sampleAt(placeAt(origin + zb * direction));
+  float a = fieldAt(placeAt(origin + za * direction));
+  float b = fieldAt(placeAt(origin + zb * direction));
   found = found && mix(za, zb, (iso - a) / (b - a)) <= zOut;
   float z = za;
   for (int i = 0; i < 3; ++i) {
     z = mix(za, zb, clamp((iso - a) / (b - a), 0.0, 1.0));
-    float f = sampleAt(placeAt(origin + z * direction));
+    float f = fieldAt(placeAt(origin + z * direction));
     if (isGap(f) || f == iso) break;
     bool before = (f < iso) == (a < iso);
     za = before ? z : za;
@@ -174,10 +174,7 @@ void main() {
   float fIn = SAMPLE((index + 1.0) * stepDepth);
   float shareIn = clamp(zIn / stepDepth - index, 0.0, 1.0);
   // Along a step what values become is as straight as they are, wherever it is cut.
-  float valueIn = isGap(max(f0, fIn)) ? kGap
-                                      : mix(VALUE(f0, index * stepDepth),
-                                            VALUE(fIn, (index + 1.0) * stepDepth), shareIn);
-  fIn = isGap(max(f0, fIn)) ? kGap : mix(f0, fIn, shareIn);
+  float valueIn = between(VALUE(f0, index * stepDepth), VALUE(fIn, (index + 1.0) * stepDepth), shareIn);
 
 #ifdef RUNS
   // The run that the ray is in: its channel, that channel's edges, where it began.
@@ -194,9 +191,10 @@ void main() {
   // Optical depth is counted from the entry.
   Base base0 = baseAt(VALUE(f0, index * stepDepth));
   float tau0 = (index * stepDepth - zIn) * lengthPerDepth * FACTOR((index + 0.5) * stepDepth)
-               meanExtinction(f0, fIn, base0, baseAt(valueIn));
+               meanUpTo(shareIn, f0, fIn, base0, baseAt(valueIn));
   float runTransmittance = 1.0;
 #endif
+  fIn = between(f0, fIn, shareIn);
 #ifdef MIP
   float largest = isGap(fIn) ? -kInfinity : valueIn;
 #endif
@@ -294,12 +292,13 @@ void main() {
     // the exit, is left for the end.
 #define REFERENCE_STEP(i, j)                                                                    \
   bool counts##i = (index + float(j)) * stepDepth < zOut;                                       \
-  bool divides##i = counts##i && segmentParts(BASE##i, BASE##j, TAU##i, TAU##j) > 1.0;          \
+  Base START##i = baseAtStart(F##i, BASE##i, BASE##j), END##i = baseAtEnd(F##j, BASE##i, BASE##j); \
+  bool divides##i = counts##i && segmentParts(START##i, END##i, TAU##i, TAU##j) > 1.0;          \
   float alpha##i =                                                                              \
       counts##i && !divides##i ? exp(-max(TAU##i, 0.0)) - exp(-max(TAU##j, 0.0)) : 0.0;         \
   SHIFT((index + float(i) + 0.5) * stepDepth)                                                   \
-  light += headlit(alpha##i * meanColor(BASE##i, BASE##j), alpha##i,                            \
-                   (index + float(i) + 0.5) * stepDepth, origin, direction);
+  light += headlit(alpha##i * meanColor(START##i, END##i), alpha##i,                            \
+                   (index + float(i) + middleOf(F##i, F##j)) * stepDepth, origin, direction);
 #else
 #define REFERENCE_STEP(i, j)
 #endif
@@ -351,9 +350,8 @@ void main() {
       vec2 edge = up ? high : low;
       float t = clamp((edge.x - fa) / (fb - fa), 0.0, 1.0);
 #ifdef GAPS
-      // A step with an end without data has none as a whole.
       bool intoGap = fb > kGapEdge, outOfGap = channel == kNoData;
-      t = intoGap ? 0.0 : outOfGap ? 1.0 : t;
+      t = intoGap || outOfGap ? 0.5 : t;
 #endif
       float z = max((index + float(where) + t) * stepDepth, zIn);
       crosses = where < STRETCH && z < zOut;
@@ -374,7 +372,7 @@ void main() {
         share = sa == sb ? t : clamp((baseAt(becomes).integral - sa) / (sb - sa), 0.0, 1.0);
 #endif
 #ifdef GAPS
-        share = intoGap || outOfGap ? t : share;
+        share = intoGap ? 1.0 : outOfGap ? 0.0 : share;
 #endif
         float transmittance = exp(-max(mix(ta, tb, share), 0.0));
         add.w = runTransmittance - transmittance;
@@ -414,11 +412,12 @@ void main() {
   if (i >= next && divides##i) where = i, fa = F##i, fb = F##j, ta = TAU##i, tb = TAU##j;
       EACH_STEP_BACK(FIND_DIVIDED)
       divides = where < STRETCH;
+      float middle = middleOf(fa, fb);
       fa = VALUE(fa, (index + float(where)) * stepDepth);
       fb = VALUE(fb, (index + float(where) + 1.0) * stepDepth);
       SHIFT((index + float(where) + 0.5) * stepDepth)
       vec3 parts = headlit(segmentLight(fa, fb, ta, tb, tb), exp(-max(ta, 0.0)) - exp(-max(tb, 0.0)),
-                           (index + float(where) + 0.5) * stepDepth, origin, direction);
+                           (index + float(where) + middle) * stepDepth, origin, direction);
       light += divides ? parts : vec3(0.0);
       next = where + 1;
     } while (divides);
@@ -447,13 +446,10 @@ void main() {
     lastIndex += 1.0;
     fEnd = SAMPLE((lastIndex + 1.0) * stepDepth);
   }
-  float fOut = isGap(max(lastF, fEnd))
-                   ? kGap
-                   : mix(lastF, fEnd, clamp(zOut / stepDepth - lastIndex, 0.0, 1.0));
-  float valueOut = isGap(fOut) ? kGap
-                               : mix(VALUE(lastF, lastIndex * stepDepth),
-                                     VALUE(fEnd, (lastIndex + 1.0) * stepDepth),
-                                     clamp(zOut / stepDepth - lastIndex, 0.0, 1.0));
+  float shareOut = clamp(zOut / stepDepth - lastIndex, 0.0, 1.0);
+  float fOut = between(lastF, fEnd, shareOut);
+  float valueOut = between(VALUE(lastF, lastIndex * stepDepth),
+                           VALUE(fEnd, (lastIndex + 1.0) * stepDepth), shareOut);
 #endif
 #ifdef MIP
   largest = max(largest, isGap(fOut) ? -kInfinity : valueOut);
@@ -475,7 +471,7 @@ void main() {
   do {
     vec3 local = origin + sampleIndex * stepDepth * direction;
     ivec3 brick = brickAt(local);
-    float f = sampleAt(placeAt(local));
+    float f = fieldAt(placeAt(local));
     bool hopeful = texelFetch(bricks, brick, 0).z > largest;
     float leaves = floor(leavesBrick(brick, origin, direction) / stepDepth);
     largest = sampleIndex <= mipEnd && !isGap(f) ? max(largest, f) : largest;
@@ -486,7 +482,7 @@ void main() {
 #ifdef BASE
   float tauOut = max(lastTau + (zOut - lastIndex * stepDepth) * lengthPerDepth *
                                    FACTOR((lastIndex + 0.5) * stepDepth)
-                                   meanExtinction(lastF, fOut, lastBase, baseAt(valueOut)),
+                                   meanUpTo(shareOut, lastF, fEnd, lastBase, baseAt(valueOut)),
                      0.0);
 #ifdef REFERENCE
   float endZ = (lastIndex + 1.0) * stepDepth;
@@ -496,8 +492,8 @@ void main() {
   SHIFT((lastIndex + 0.5) * stepDepth)
   light += headlit(segmentLight(VALUE(lastF, lastIndex * stepDepth), VALUE(fEnd, endZ), lastTau,
                                 tauEnd, tauOut),
-                   exp(-max(lastTau, 0.0)) - exp(-tauOut), (lastIndex + 0.5) * stepDepth, origin,
-                   direction);
+                   exp(-max(lastTau, 0.0)) - exp(-tauOut),
+                   (lastIndex + middleOf(lastF, fEnd)) * stepDepth, origin, direction);
 #endif
 #endif
 #endif  // QUIET

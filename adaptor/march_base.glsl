@@ -91,9 +91,37 @@ float meanExtinction(float f0, float f1, Base b0, Base b1) {
   float mean = abs(rise) > 0.01 ? integralBetween(b0, b1) / rise * baseCells.x
                                 : 0.5 * (b0.extinction + b1.extinction);
 #ifdef GAPS
-  mean = max(f0, f1) < kGapEdge ? mean : 0.0;
+  // Half a step each.
+  if (isGap(max(f0, f1)))
+    mean = 0.5 * ((isGap(f0) ? 0.0 : b0.extinction) + (isGap(f1) ? 0.0 : b1.extinction));
 #endif
   return mean;
+}
+
+// Mean extinction of a step up to a share of it, where the base function is `b`.
+float meanUpTo(float share, float f0, float f1, Base b0, Base b) {
+#ifdef GAPS
+  if (isGap(f0) != isGap(f1)) {
+    float part = max(share, 1e-6);
+    return isGap(f1) ? b0.extinction * min(0.5 / part, 1.0)
+                     : b.extinction * max(part - 0.5, 0.0) / part;
+  }
+#endif
+  return meanExtinction(f0, between(f0, f1, share), b0, b);
+}
+
+// The base function at the ends of what has data in a step.
+Base baseAtStart(float f0, Base b0, Base b1) {
+#ifdef GAPS
+  if (isGap(f0)) return b1;
+#endif
+  return b0;
+}
+Base baseAtEnd(float f1, Base b0, Base b1) {
+#ifdef GAPS
+  if (isGap(f1)) return b0;
+#endif
+  return b1;
 }
 
 #ifdef REFERENCE
@@ -119,6 +147,11 @@ float segmentParts(Base b0, Base b1, float tau0, float tau1) {
 }
 
 vec3 segmentLight(float f0, float f1, float tau0, float tau1, float tauEnd) {
+#ifdef GAPS
+  float known = min(f0, f1);
+  f0 = isGap(f0) ? known : f0;
+  f1 = isGap(f1) ? known : f1;
+#endif
   Base b0 = baseAt(f0), b1 = baseAt(f1), a = b0;
   float parts = segmentParts(b0, b1, tau0, tau1), weight = integralBetween(b0, b1);
   float front = exp(-max(tau0, 0.0)), i = 0.0;

@@ -76,15 +76,42 @@ Place placeAt(vec3 local) {
   return p;
 }
 
-// Trilinear (method §1); NaN where a neighbour has no data. Devices' own filters round shares and
-// coordinates.
+// Trilinear between eight nodes (method §1), gathered a plane each. With GAPS those with data weigh
+// by their shares, and kGap is where the nearest one has none. Devices' own filters round shares.
+#ifdef GAPS
+bvec4 haveData(vec4 f) {
+  // By their bits: compilers may turn comparisons round, which NaN does not survive.
+  return notEqual(floatBitsToUint(f) & 0x7f800000u, uvec4(0x7f800000u));
+}
+#endif
+
+float trilinear(vec4 low, vec4 high, vec3 share) {
+#ifdef GAPS
+  bvec4 lowHas = haveData(low), highHas = haveData(high);
+  low = mix(vec4(0.0), low, lowHas);
+  high = mix(vec4(0.0), high, highHas);
+#endif
+  vec4 plane = low + share.z * (high - low);
+  vec2 row = plane.wz + share.y * (plane.xy - plane.wz);
+  float f = row.x + share.x * (row.y - row.x);
+#ifdef GAPS
+  if (!(all(lowHas) && all(highHas))) {
+    vec2 x = vec2(1.0 - share.x, share.x), y = vec2(1.0 - share.y, share.y);
+    vec4 weight = x.xyyx * y.yyxx;
+    f /= (1.0 - share.z) * dot(weight, vec4(lowHas)) + share.z * dot(weight, vec4(highHas));
+    bvec3 after = greaterThanEqual(share, vec3(0.5));
+    bvec4 has = after.z ? highHas : lowHas;
+    bvec2 rowHas = after.y ? has.xy : has.wz;
+    f = (after.x ? rowHas.y : rowHas.x) ? f : kGap;
+  }
+#endif
+  return f;
+}
+
 float fieldAt(Place p) {
   vec3 corner = vec3(p.node.xy * texelSize + cornerOrigin, p.node.z - firstNode.z);
-  vec4 low = textureGather(volume, corner);
-  vec4 high = textureGather(volume, vec3(corner.xy, corner.z + 1.0));
-  vec4 plane = low + p.share.z * (high - low);
-  vec2 row = plane.wz + p.share.y * (plane.xy - plane.wz);
-  return row.x + p.share.x * (row.y - row.x);
+  return trilinear(textureGather(volume, corner),
+                   textureGather(volume, vec3(corner.xy, corner.z + 1.0)), p.share);
 }
 
 #ifdef SKIP
@@ -119,14 +146,6 @@ float leavesBrick(ivec3 brick, vec3 origin, vec3 direction) {
 }
 #endif
 
-float sampleAt(Place p) {
-  float f = fieldAt(p);
-#ifdef GAPS
-  f = abs(f) < kGapEdge ? f : kGap;
-#endif
-  return f;
-}
-
 bool isGap(float f) {
 #ifdef GAPS
   return f > kGapEdge;
@@ -135,12 +154,47 @@ bool isGap(float f) {
 #endif
 }
 
+// The value after a share of a step: linear between its samples. Where one of them has no data, its
+// half of the step has none, and the other half the other's value (method §1).
+float between(float f0, float f1, float share) {
+#ifdef GAPS
+  if (isGap(max(f0, f1))) return share < 0.5 ? f0 : f1;
+#endif
+  return mix(f0, f1, share);
+}
+
+// The share of a step at which the middle of what has data lies.
+float middleOf(float f0, float f1) {
+#ifdef GAPS
+  return 0.5 + (isGap(f0) ? 0.25 : 0.0) - (isGap(f1) ? 0.25 : 0.0);
+#else
+  return 0.5;
+#endif
+}
+
 // Differences between the points one node before and one after, in local units; at the border, to
-// the outermost node only (method §1). Exact for linear fields on any nodes.
+// the outermost node only, and beside what has no data, to the point itself (method §1). Exact for
+// linear fields on any nodes.
 vec3 gradientAt(vec3 local) {
   Place p = placeAt(local);
   vec3 x = min(p.node + p.share, lastNode);
   vec3 a = max(x - 1.0, firstNode), b = min(x + 1.0, lastNode);
+  vec3 before = vec3(fieldAt(placeOf(vec3(a.x, x.yz))), fieldAt(placeOf(vec3(x.x, a.y, x.z))),
+                     fieldAt(placeOf(vec3(x.xy, a.z))));
+  vec3 after = vec3(fieldAt(placeOf(vec3(b.x, x.yz))), fieldAt(placeOf(vec3(x.x, b.y, x.z))),
+                    fieldAt(placeOf(vec3(x.xy, b.z))));
+#ifdef GAPS
+  float here = fieldAt(p);
+  bvec3 noBefore = greaterThan(before, vec3(kGapEdge)), noAfter = greaterThan(after, vec3(kGapEdge));
+  before = mix(before, vec3(here), noBefore);
+  after = mix(after, vec3(here), noAfter);
+  a = mix(a, x, noBefore);
+  b = mix(b, x, noAfter);
+  // Where there is nothing on one side and here, no slope.
+  bvec3 none = greaterThan(max(before, after), vec3(kGapEdge));
+  b = mix(b, a, none);
+  after = mix(after, before, none);
+#endif
   vec3 run = (b - a) / nodesFromLocal;
 #ifdef AXIS_X
   run.x = nodesBetween(nodesX, nodeCount.x, a.x, b.x);
@@ -151,9 +205,7 @@ vec3 gradientAt(vec3 local) {
 #ifdef AXIS_Z
   run.z = nodesBetween(nodesZ, nodeCount.z, a.z, b.z);
 #endif
-  vec3 rise = vec3(fieldAt(placeOf(vec3(b.x, x.yz))) - fieldAt(placeOf(vec3(a.x, x.yz))),
-                   fieldAt(placeOf(vec3(x.x, b.y, x.z))) - fieldAt(placeOf(vec3(x.x, a.y, x.z))),
-                   fieldAt(placeOf(vec3(x.xy, b.z))) - fieldAt(placeOf(vec3(x.xy, a.z))));
+  vec3 rise = after - before;
   return vec3(run.x > 0.0 ? rise.x / run.x : 0.0, run.y > 0.0 ? rise.y / run.y : 0.0,
               run.z > 0.0 ? rise.z / run.z : 0.0);
 }

@@ -23,9 +23,9 @@ int planeSize, place;
 void putAt(int plane, float value) { planes[plane * planeSize + place] = value; }
 
 #ifdef UNEVEN
-#define SAMPLE(z) sampleAt(placeAt(origin + (z) * direction))
+#define SAMPLE(z) fieldAt(placeAt(origin + (z) * direction))
 #else
-#define SAMPLE(z) sampleAt(placeOf(node0 + (z) * nodeDirection))
+#define SAMPLE(z) fieldAt(placeOf(node0 + (z) * nodeDirection))
 #endif
 
 vec3 origin, direction;
@@ -142,15 +142,13 @@ void main() {
   float index = floor(zIn / stepDepth), tau0 = 0.0;
   if (zIn < zOut) {
     float f0 = SAMPLE(index * stepDepth), f1 = SAMPLE((index + 1.0) * stepDepth);
-    float fIn = isGap(max(f0, f1)) ? kGap : mix(f0, f1, clamp(zIn / stepDepth - index, 0.0, 1.0));
+    float shareIn = clamp(zIn / stepDepth - index, 0.0, 1.0);
     // Along a step what values become is as straight as they are, wherever it is cut.
-    float valueIn = isGap(fIn) ? kGap
-                               : mix(VALUE(f0, index * stepDepth),
-                                     VALUE(f1, (index + 1.0) * stepDepth),
-                                     clamp(zIn / stepDepth - index, 0.0, 1.0));
+    float valueIn =
+        between(VALUE(f0, index * stepDepth), VALUE(f1, (index + 1.0) * stepDepth), shareIn);
     Base base0 = baseAt(VALUE(f0, index * stepDepth));
     tau0 = (index * stepDepth - zIn) * lengthPerDepth * FACTOR((index + 0.5) * stepDepth)
-           meanExtinction(f0, fIn, base0, baseAt(valueIn));
+           meanUpTo(shareIn, f0, f1, base0, baseAt(valueIn));
     bool seen;
     do {
 #ifdef SKIP
@@ -178,34 +176,35 @@ void main() {
       float tau1 = tau0 + stepLength * FACTOR(zMiddle) meanExtinction(f0, f1, base0, base1);
       float tauEnd = kInfinity;
       if (z1 >= zOut) {
-        float fOut =
-            isGap(max(f0, f1)) ? kGap : mix(f0, f1, clamp(zOut / stepDepth - index, 0.0, 1.0));
-        float valueOut = isGap(fOut) ? kGap
-                                     : mix(VALUE(f0, z0), VALUE(f1, z1),
-                                           clamp(zOut / stepDepth - index, 0.0, 1.0));
+        float shareOut = clamp(zOut / stepDepth - index, 0.0, 1.0);
+        float valueOut = between(VALUE(f0, z0), VALUE(f1, z1), shareOut);
         tauEnd = max(tau0 + (zOut - z0) * lengthPerDepth * FACTOR(zMiddle)
-                                meanExtinction(f0, fOut, base0, baseAt(valueOut)),
+                                meanUpTo(shareOut, f0, f1, base0, baseAt(valueOut)),
                      0.0);
       }
+      // The depths between which there is data.
+      float middle = middleOf(f0, f1);
+      float zFrom = mix(z0, z1, 2.0 * max(middle - 0.5, 0.0));
+      float zTo = mix(z0, z1, 2.0 * min(middle, 0.5));
 #ifdef SLICES
-      pass(tau0, tau1, tauEnd, z0, z1);
+      pass(tau0, tau1, tauEnd, zFrom, zTo);
       seen = tau0 < 60.0;
 #else
       if (tau1 > tau0) {
-        float parts = segmentParts(base0, base1, tau0, tau1), i = 0.0;
-        float weight = integralBetween(base0, base1), ta = tau0, za = z0;
-        vec2 shade = shading(0.5 * (z0 + z1));
-        Base a = base0;
+        Base a = baseAtStart(f0, base0, base1), start = a, end = baseAtEnd(f1, base0, base1);
+        float parts = segmentParts(start, end, tau0, tau1), i = 0.0;
+        float weight = integralBetween(start, end), ta = tau0, za = zFrom;
+        vec2 shade = shading(mix(z0, z1, middle));
         SHIFT(zMiddle)
         float value0 = VALUE(f0, z0), value1 = VALUE(f1, z1);
         do {
           i += 1.0;
-          float share = min(i / parts, 1.0), zb = mix(z0, z1, share), tb = tau1;
-          Base b = base1;
+          float share = min(i / parts, 1.0), zb = mix(zFrom, zTo, share), tb = tau1;
+          Base b = end;
           if (share < 1.0) {
             b = baseAt(mix(value0, value1, share));
             tb = tau0 + (tau1 - tau0) *
-                            (abs(weight) > 0.0 ? integralBetween(base0, b) / weight : share);
+                            (abs(weight) > 0.0 ? integralBetween(start, b) / weight : share);
           }
           pass(shade.x * meanColor(a, b) + shade.y, ta, tb, tauEnd, za, zb);
           a = b;

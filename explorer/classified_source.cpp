@@ -34,21 +34,21 @@ void ClassifiedSource::prepareGrid(const Classifier& normalised) {
   }
 }
 
-void ClassifiedSource::findNormals(const ClassifiedLook& look) {
+void ClassifiedSource::findGradients(const ClassifiedLook& look) {
   const std::vector<double> density = look.classifier->densities();
   if (density.empty() && bundle_.fields.size() == 1) {
     // Surfaces of equal value, as smooth as the field where features are thinner than a cell.
     prepareFirst();
-    pass_.findNormals(*first_);
-    grid_->normals = std::move(first_->normals);
-    first_->normals.reset();
+    pass_.findGradients(*first_);
+    grid_->gradient = std::move(first_->gradient);
+    first_->gradient.reset();
     return;
   }
   ClassifiedLook densities = look;
   for (std::size_t i = 0; i < density.size(); ++i) densities.optics[i] = {density[i], {}};
   LookGrid grid = density.empty() ? std::move(*baked_) : pass_.baked(*grid_, densities);
-  pass_.findNormals(grid);
-  grid_->normals = std::move(grid.normals);
+  pass_.findGradients(grid);
+  grid_->gradient = std::move(grid.gradient);
   if (density.empty()) baked_ = std::move(grid);
 }
 
@@ -91,7 +91,7 @@ VolumeView ClassifiedSource::draw(const Look& look, const Classifier& classifier
   const bool volume = setup.mode == VolumeMode::Compositing;
   if (volume && (light.shade || look.ao.on) && !baked_) {
     baked_ = pass_.baked(*grid_, classified);
-    findNormals(classified);
+    findGradients(classified);
   }
   if (volume && look.ao.on) {
     const std::string radius = std::to_string(light.aoRadiusWorld);

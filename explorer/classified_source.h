@@ -40,7 +40,7 @@ class ClassifiedSource {
   void prepareGrid(const Classifier& normalised);
   void prepareFirst();
   /// Normals of the grid: of the one field, from baked_ or from the classifier's densities.
-  void findNormals(const ClassifiedLook& look);
+  void findGradients(const ClassifiedLook& look);
 
   long cycle_;
   FieldBundle bundle_;

@@ -160,7 +160,7 @@ VolumeView GridPainter::draw(LookGrid& grid, const Look& look, const TransferFun
     setup.opaque = kOpaque;
   }
   setup.light = &light;
-  if (light.shade && look.draw == Draw::Volume && !grid.normals) pass_.findNormals(grid);
+  if (light.shade && look.draw == Draw::Volume && !grid.gradient) pass_.findGradients(grid);
   if (look.ao.on && (look.draw == Draw::Volume || (look.draw == Draw::Isosurface && !scalar))) {
     const std::string key = std::to_string(light.aoRadiusWorld);
     if (!occlusion_ || key != occlusionKey_) {

@@ -49,7 +49,9 @@ struct LookGrid {
   std::optional<gl::Texture> wrong;
   double wrongUnit = 0.0;
   std::optional<gl::Texture> guess;    ///< R8, 3-D, filtered, any size: share of guess of a cell
-  std::optional<gl::Texture> normals;  ///< RGBA8, VolumePass::findNormals
+  /// RGBA16F, 3-D, filtered, VolumePass::findGradients: the slope a cell along each axis, and its
+  /// length.
+  std::optional<gl::Texture> gradient;
   /// R8UI, one texel a brick: 0 = has something to show; n = so many bricks around it, itself
   /// counted as the first, have nothing, in every direction.
   gl::Texture leaps{GL_TEXTURE_3D};

@@ -53,8 +53,8 @@ void checkSetup(const LookGrid& grid, const VolumeSetup& setup) {
     refuse("only values of one field can be blended to other functions");
   }
   if (!(setup.step > 0.0)) refuse("a step of " + std::to_string(setup.step) + " cells");
-  if (lights(setup) && setup.mode == VolumeMode::Compositing && !grid.normals) {
-    refuse("light needs normals: call findNormals first");
+  if (lights(setup) && setup.mode == VolumeMode::Compositing && !grid.gradient) {
+    refuse("light needs gradients: call findGradients first");
   }
   if (setup.mode == VolumeMode::Slice && !(glm::length(glm::dvec3(setup.plane)) > 0.0)) {
     refuse("a slice needs a plane whose normal is not zero");
@@ -376,12 +376,10 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
   if (shades) {
     setLight(cast, *setup.light);
     const glm::dmat3 eyeFromWorld(setup.camera.eyeFromWorld());
-    const glm::mat3 eye(eyeFromWorld);
     const glm::mat3 eyeFromGradient(eyeFromWorld * glm::transpose(glm::dmat3(cellFromWorld)));
-    gl.UniformMatrix3fv(cast.uniform("eyeFromWorld"), 1, GL_FALSE, glm::value_ptr(eye));
     gl.UniformMatrix3fv(cast.uniform("eyeFromGradient"), 1, GL_FALSE,
                         glm::value_ptr(eyeFromGradient));
-    if (grid.normals) gpu::bindSampler(cast, "normals", 5, *grid.normals);
+    if (grid.gradient) gpu::bindSampler(cast, "gradient", 5, *grid.gradient);
   }
   if (setup.mode == VolumeMode::Isosurface) {
     std::vector<Isosurface> sorted = setup.isosurfaces;
@@ -504,29 +502,18 @@ void VolumePass::drawLayers(const gl::Program& pass, const gl::Texture& target, 
   }
 }
 
-void VolumePass::findNormals(LookGrid& grid) {
+void VolumePass::findGradients(LookGrid& grid) {
   const gl::Functions& gl = gl::functions();
   const bool scalar = grid.content == GridContent::Scalar;
   Defines defines;
   if (scalar) defines.emplace_back("SCALAR", "1");
   const gl::Program& find = program("normal", embedded::normal_frag, defines);
-  grid.normals = target3D(GL_RGBA8, grid.size);
+  grid.gradient = target3D(GL_RGBA16F, grid.size);
   find.use();
   gpu::bindSampler(find, "values", 0, grid.values);
-  // Relative to the grid's own length, so that any world units do.
-  glm::dmat3 gridFromWorld = glm::inverse(glm::dmat3(grid.worldFromGrid));
-  const double length = glm::length(glm::dvec3(grid.worldFromGrid[0]));
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      gridFromWorld[column][row] *= length * grid.size[row] / double(grid.size.x);
-    }
-  }
-  const glm::mat3 worldFromGradient(glm::transpose(gridFromWorld));
-  gl.UniformMatrix3fv(find.uniform("worldFromGradient"), 1, GL_FALSE,
-                      glm::value_ptr(worldFromGradient));
   gl.Uniform1f(find.uniform("flatSlope"), scalar ? kFlatScalar : kFlatOptics);
-  drawLayers(find, *grid.normals, grid.size);
-  gl::checkErrors("finding the normals of a grid");
+  drawLayers(find, *grid.gradient, grid.size);
+  gl::checkErrors("finding the gradients of a grid");
 }
 
 OcclusionGrid VolumePass::occlusion(const LookGrid& grid, double radiusWorld,

@@ -103,9 +103,9 @@ class VolumePass {
   static void findBricks(LookGrid& grid, const Classifier& classifier);
   /// The optics of each cell of a grid of fields, and their bricks: what light and occlusion need.
   LookGrid baked(const LookGrid& grid, const ClassifiedLook& look);
-  /// Finds LookGrid::normals, which light needs: of extinction for optics, hence once a look, and
+  /// Finds LookGrid::gradient, which light needs: of extinction for optics, hence once a look, and
   /// of values for scalars, once and for all.
-  void findNormals(LookGrid& grid);
+  void findGradients(LookGrid& grid);
   /// Local ambient occlusion: the light that reaches a cell, through the extinction of a grid
   /// reduced by 4, from all sides no farther away than the radius. A cell on a flat opaque face
   /// counts as fully open. `table` belongs to scalar grids.

@@ -1,20 +1,20 @@
 #version 300 es
 // SPDX-License-Identifier: BSD-3-Clause
-// One layer of a grid's unit normals in world space, n / 2 + 1/2: central differences of values or
-// of extinction, one-sided at the border (method §1). Zero where the slope is too flat to tell.
+// One layer of a grid's gradients, a change a cell along each axis, and their length: central
+// differences of values or of extinction, one-sided at the border (method §1). They are
+// interpolated before they are brought to length 1, so normals are continuous from cell to cell.
+// Zero where the slope is too flat to tell.
 precision highp float;
 precision highp int;
 precision highp sampler3D;
 
 uniform sampler3D values;
 uniform int layer;
-uniform mat3 worldFromGradient;  // of slopes a cell
-uniform float flatSlope;         // values: a slope a cell; optics: as a share of the extinction
+uniform float flatSlope;  // values: a slope a cell; optics: as a share of the extinction
 
 out vec4 result;
 
 float valueAt(ivec3 cell) {
-  cell = clamp(cell, ivec3(0), textureSize(values, 0) - 1);
 #ifdef SCALAR
   return texelFetch(values, cell, 0).r;
 #else
@@ -38,7 +38,6 @@ void main() {
                                 max(after.x, max(after.y, after.z)));
 #endif
   // Slopes to cells without data are as steep as 1e29.
-  vec3 n = worldFromGradient * slope;
-  bool known = steepest > least && steepest < 1e20 && dot(n, n) > 0.0;
-  result = vec4(known ? 0.5 * normalize(n) + 0.5 : vec3(0.5), 1.0);
+  bool known = steepest > least && steepest < 1e20;
+  result = known ? vec4(slope, length(slope)) : vec4(0.0);
 }

@@ -52,11 +52,9 @@ uniform vec4 plane;              // in cells
 uniform float thickness;         // world length of its opacity
 #endif
 #ifdef LIT
-#ifdef ISOSURFACE
 uniform mat3 eyeFromGradient;    // gradient along cells to eye space
-#else
-uniform sampler3D normals;       // normal.frag
-uniform mat3 eyeFromWorld;
+#ifndef ISOSURFACE
+uniform sampler3D gradient;      // normal.frag
 #endif
 uniform int lights;
 uniform vec4 lightFrom[8];       // unit direction to the light in eye space, intensity
@@ -125,6 +123,18 @@ Entry entryAt(float value, float odd) {
 
 // Mean optics of a stretch along which the value is linear.
 vec4 meanBetween(Entry a, Entry b) { return (b.integral - a.integral) / (b.x - a.x); }
+
+#ifdef LIT
+// The share of the way along such a stretch, of optical depth tau, from where its light comes on
+// the mean: where a surface stands within a step is what its normal turns on.
+float lightPlace(Entry a, Entry b, float tau) {
+  float middle = texelFetch(table, ivec2(int(0.5 * (a.x + b.x)), 0), 0).a;
+  float whole = b.integral.a - a.integral.a;
+  float front = tau * (whole == 0.0 ? 0.5 : clamp((middle - a.integral.a) / whole, 0.0, 1.0));
+  float near = 1.0 - exp(-front), both = 1.0 - exp(-tau);
+  return 0.25 + 0.5 * clamp((both - near) / max(both, 1e-6), 0.0, 1.0);
+}
+#endif
 #endif
 
 #ifdef FIELDS
@@ -244,18 +254,24 @@ vec3 colorAt(vec4 optics, vec3 cell) {
 #endif
 
 #ifdef LIT
-// The normal in eye space, any length and side; as long as 1 where it is sure.
+// The normal in eye space, of either side; as long as 1 where it is sure, shorter the more the
+// gradients of the cells around it cancel out.
 vec3 normalAt(vec3 cell) {
 #ifdef ISOSURFACE
-  vec3 slope = vec3(valueAt(cell + vec3(1, 0, 0)) - valueAt(cell - vec3(1, 0, 0)),
-                    valueAt(cell + vec3(0, 1, 0)) - valueAt(cell - vec3(0, 1, 0)),
-                    valueAt(cell + vec3(0, 0, 1)) - valueAt(cell - vec3(0, 0, 1)));
+  vec3 before = max(cell - 1.0, 0.5), after = min(cell + 1.0, cells - 0.5);
+  vec3 slope = vec3(valueAt(vec3(after.x, cell.yz)) - valueAt(vec3(before.x, cell.yz)),
+                    valueAt(vec3(cell.x, after.y, cell.z)) - valueAt(vec3(cell.x, before.y, cell.z)),
+                    valueAt(vec3(cell.xy, after.z)) - valueAt(vec3(cell.xy, before.z)));
+  slope /= max(after - before, 0.5);
+  float sure = 1.0;
+#else
+  vec4 mean = texture(gradient, cell * texelFromCell);
+  vec3 slope = mean.xyz;
+  float sure = mean.w > 0.0 ? length(slope) / mean.w : 0.0;
+#endif
   vec3 n = eyeFromGradient * slope;
   float steepness = length(n);
-  return steepness > 0.0 && steepness < 1e20 ? n / steepness : vec3(0.0);
-#else
-  return eyeFromWorld * (texture(normals, cell * texelFromCell).xyz * 2.0 - 1.0);
-#endif
+  return steepness > 0.0 && steepness < 1e20 ? n * (sure / steepness) : vec3(0.0);
 }
 
 // Blinn-Phong, the normal turned to the viewer: light on the own colour, and white. Where no normal
@@ -437,6 +453,9 @@ void main() {
       vec4 optics = both ? CUSTOM_FUNCTION(meanBetween(entry0, entry1), entry0.x, entry1.x,
                                            from + zMiddle * way)
                          : vec4(0.0);
+#ifdef LIT
+      if (optics.a > 0.0) zMiddle = mix(z0, z1, lightPlace(entry0, entry1, optics.a * ds));
+#endif
       entry0 = entry1;
 #endif
       value0 = value1;

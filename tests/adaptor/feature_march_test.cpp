@@ -243,6 +243,20 @@ TEST_P(FeatureMarch, NothingIsFoundWhereAFieldHasNoData) {
   EXPECT_GT(mirrored ? right : left, 1.0f);
 }
 
+TEST_P(FeatureMarch, SamplesWithDataWeighHalfwayToThoseWithout) {
+  TwoFields fields = wavy(false);
+  fields.scene.field = fields.second = [](glm::dvec3) { return 0.45; };
+  const Camera camera = frameBox(kUnit, {1, 0, 0}, {0, 0, 1}, 1.0);
+  const FeatureRequest request = requestFor(*classifier, camera, {16, 16});
+  const RayImage whole = marchIn(features, fields, request, fields.scene.whole(), 0);
+  // The last sample with data is at 19 / 40.
+  fields.second = [](glm::dvec3 p) { return p.x < 0.49 ? 0.45 : kNaN; };
+  const RayImage part = marchIn(features, fields, request, fields.scene.whole(), 0);
+  const std::size_t pixel = 8 * 16 + 8;
+  ASSERT_GT(whole.length[pixel], 0.1f);
+  EXPECT_NEAR(part.length[pixel] / whole.length[pixel], 19.5 / 40.0, 0.5 * request.stepLength);
+}
+
 TEST_P(FeatureMarch, WhatMakesNoSenseIsRefused) {
   const TwoFields fields = wavy(false);
   const BlockGrid grid =

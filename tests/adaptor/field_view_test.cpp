@@ -182,6 +182,15 @@ TEST(FieldView, GradientIsOneSidedBesideMissingSamples) {
   EXPECT_DOUBLE_EQ(values[3], 1.0);
 }
 
+TEST(FieldView, GradientOfASampleOnItsOwnIsThatOfTheOtherAxes) {
+  std::vector<double> data;
+  for (int i = 0; i < kCount; ++i) data.push_back(i % 5);
+  data[0] = data[2] = std::numeric_limits<double>::quiet_NaN();
+  const auto values =
+      readAll(FieldReader(packed(SampleType::Float64, data), {}, {0, true}, unitNodes()));
+  EXPECT_DOUBLE_EQ(values[1], 0.0) << "it has data, and nothing is known to change along x";
+}
+
 TEST(FieldView, NormalisesInDoubleSoThatSmallDifferencesSurvive) {
   std::vector<double> data(kCount, 101325.0);
   data[0] = 101324.99, data[1] = 101325.01;

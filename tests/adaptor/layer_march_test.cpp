@@ -57,6 +57,18 @@ TEST_P(March, LayersAddUpToTheReferencePicture) {
   }
 }
 
+TEST_P(March, LayersWithHolesAddUpToTheReferencePicture) {
+  const Scene scene = Scene::even({20, 17, 23}, kUnit, [](glm::dvec3 p) {
+    return std::sin(19.0 * p.x) + std::sin(17.0 * p.y) + std::sin(23.0 * p.z) > 0.4 ? kNaN
+                                                                                    : waves(p);
+  });
+  for (const Camera& camera : {oblique(kUnit), perspective(kUnit)}) {
+    MarchRequest request = requestAll(kUnit, 0.0, 1.0, 6, camera);
+    request.phong = true;
+    expectPicture(marchLayers(marcher, scene, request, 4, {}, scene.whole(), 0), 2e-5);
+  }
+}
+
 TEST_P(March, LayersDoNotDependOnTheBlocks) {
   const Scene scene = Scene::even({20, 17, 23}, kUnit, waves);
   const Cuts cuts{std::vector<int>{0, 9, 19}, std::vector<int>{0, 5, 11, 16},

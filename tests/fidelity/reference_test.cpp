@@ -31,10 +31,24 @@ Scene stretched() {
   return scene;
 }
 
+/// The turbulent field over the floor of a sea, and with an island in it.
+Scene holed() {
+  Scene scene = namedScene("turbulent", 64, testing::TempDir());
+  for (int z = 0; z < 64; ++z)
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 64; ++x) {
+        const bool floor = z < 20 + 10 * std::sin(0.13 * x) * std::cos(0.17 * y);
+        const bool island = std::hypot(x - 40, y - 20) < 12 - 0.1 * z;
+        if (floor || island) scene.values[std::size_t(x + 64 * (y + 64 * z))] = std::nanf("");
+      }
+  return scene;
+}
+
 /// No scene where the CT head has not been fetched.
 std::optional<Scene> sceneOf(const std::string& name) {
   if (name == "ct" && ctHeadPath().empty()) return std::nullopt;
   if (name == "stretched") return stretched();
+  if (name == "holed") return holed();
   return namedScene(name, 64, testing::TempDir());
 }
 
@@ -119,7 +133,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"stretched", "ramp", kOrtho, true}, Case{"stretched", "peaks", kPerspective, true},
         Case{"stretched", "hard", kOrtho, false}, Case{"turbulent", "peaks", kDistorted, true},
         Case{"turbulent", "hard", kDistorted, false}, Case{"stretched", "ramp", kDistorted, true},
-        Case{"ct", "ramp", kOrtho, false}, Case{"ct", "ramp", kPerspective, true},
+        Case{"holed", "ramp", kOrtho, true}, Case{"holed", "peaks", kPerspective, true},
+        Case{"holed", "hard", kOrtho, false}, Case{"ct", "ramp", kOrtho, false}, Case{"ct", "ramp", kPerspective, true},
         Case{"ct", "peaks", kOrtho, true}, Case{"ct", "hard", kPerspective, false}),
     [](const auto& instance) {
       const Case& c = instance.param;

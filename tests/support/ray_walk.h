@@ -31,6 +31,19 @@ inline std::pair<double, double> insideBox(const Ray& ray, const Box& box) {
   return {enter, leave};
 }
 
+/// Calls step(s0, s1, f0, f1) for a step whose ends have these values. Where one of them is NaN, it
+/// calls twice: each end's half is as that end is (method §1).
+template <typename Step>
+void forHalves(double s0, double s1, double f0, double f1, const Step& step) {
+  if (std::isfinite(f0) == std::isfinite(f1)) {
+    step(s0, s1, f0, f1);
+    return;
+  }
+  const double middle = 0.5 * (s0 + s1);
+  step(s0, middle, f0, f0);
+  step(middle, s1, f1, f1);
+}
+
 /// Calls step(s0, s1, f0, f1) for equal sub-steps of a ray from its entry into the domain to its
 /// exit; s = length along the ray, f = the field there.
 template <typename Step>
@@ -44,14 +57,14 @@ void walkRay(const Scene& scene, const Ray& ray, int samplesPerVoxel, const Step
   for (int i = 1; i <= steps; ++i) {
     const double s1 = i == steps ? leave : enter + i * length;
     const double f1 = scene.sample(ray.origin + s1 * ray.direction);
-    step(s0, s1, f0, f1);
+    forHalves(s0, s1, f0, f1, step);
     s0 = s1;
     f0 = f1;
   }
 }
 
 /// A step of a ray: lengths along it, the field at its ends, the middle of the whole step where it
-/// is cut.
+/// is cut, or of its half (forHalves).
 struct RayStep {
   double s0, s1, f0, f1, middle;
 };
@@ -76,9 +89,13 @@ void walkAnchored(const Scene& scene, const Camera& camera, const Ray& ray, doub
   double s0 = lengthTo(index), f0 = scene.sample(ray.origin + s0 * ray.direction);
   for (; s0 < leave; ++index) {
     const double s1 = lengthTo(index + 1.0), f1 = scene.sample(ray.origin + s1 * ray.direction);
-    const auto fieldAt = [&](double s) { return f0 + (s - s0) / (s1 - s0) * (f1 - f0); };
-    const double a = std::max(s0, enter), b = std::min(s1, leave);
-    if (a < b) step(RayStep{a, b, fieldAt(a), fieldAt(b), 0.5 * (s0 + s1)});
+    forHalves(s0, s1, f0, f1, [&](double begin, double end, double first, double last) {
+      const auto fieldAt = [&](double s) {
+        return first + (s - begin) / (end - begin) * (last - first);
+      };
+      const double a = std::max(begin, enter), b = std::min(end, leave);
+      if (a < b) step(RayStep{a, b, fieldAt(a), fieldAt(b), 0.5 * (begin + end)});
+    });
     s0 = s1;
     f0 = f1;
   }

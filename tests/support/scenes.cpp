@@ -45,11 +45,21 @@ double trilinear(const Scene& scene, glm::dvec3 index) {
   const glm::ivec3 high =
       glm::min(low + 1, glm::ivec3(scene.size[0], scene.size[1], scene.size[2]) - 1);
   const glm::dvec3 u = index - glm::dvec3(low);
-  const auto row = [&](int j, int k) {
-    return double(scene.at(low.x, j, k)) * (1.0 - u.x) + double(scene.at(high.x, j, k)) * u.x;
+  const auto corner = [&](bool x, bool y, bool z) {
+    return double(scene.at(x ? high.x : low.x, y ? high.y : low.y, z ? high.z : low.z));
   };
-  const auto plane = [&](int k) { return row(low.y, k) * (1.0 - u.y) + row(high.y, k) * u.y; };
-  return plane(low.z) * (1.0 - u.z) + plane(high.z) * u.z;
+  if (std::isnan(corner(u.x >= 0.5, u.y >= 0.5, u.z >= 0.5))) return std::nan("");
+  double sum = 0.0, weights = 0.0;
+  for (int i = 0; i < 8; ++i) {
+    const bool x = i & 1, y = i & 2, z = i & 4;
+    const double value = corner(x, y, z);
+    const double weight =
+        (x ? u.x : 1.0 - u.x) * (y ? u.y : 1.0 - u.y) * (z ? u.z : 1.0 - u.z);
+    if (std::isnan(value)) continue;
+    sum += weight * value;
+    weights += weight;
+  }
+  return sum / weights;
 }
 
 glm::dvec3 indexOf(const Scene& scene, glm::dvec3 world) {
@@ -175,8 +185,11 @@ glm::dvec3 Scene::gradient(glm::dvec3 world) const {
     glm::dvec3 a = index, b = index;
     a[axis] = std::max(index[axis] - 1.0, 0.0);
     b[axis] = std::min(index[axis] + 1.0, size[std::size_t(axis)] - 1.0);
+    if (std::isnan(trilinear(*this, a))) a = index;
+    if (std::isnan(trilinear(*this, b))) b = index;
     const double run = worldOf(*this, axis, b[axis]) - worldOf(*this, axis, a[axis]);
-    if (run > 0.0) slope[axis] = (trilinear(*this, b) - trilinear(*this, a)) / run;
+    const double rise = trilinear(*this, b) - trilinear(*this, a);
+    if (run > 0.0 && !std::isnan(rise)) slope[axis] = rise / run;
   }
   return slope;
 }

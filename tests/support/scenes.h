@@ -31,10 +31,12 @@ struct Scene {
     return values[(std::size_t(z) * std::size_t(size[1]) + std::size_t(y)) * std::size_t(size[0]) +
                   std::size_t(x)];
   }
-  /// Trilinear, clamped to the outermost samples; NaN where a sample that weighs is NaN.
+  /// Trilinear, clamped to the outermost samples; of samples that are not NaN, which weigh by their
+  /// shares; NaN where the nearest one is (method §1).
   double sample(glm::dvec3 world) const;
   /// World-space gradient: differences between the points one grid point before and one after, on
-  /// the trilinear field; at the border, to the outermost one (method §1).
+  /// the trilinear field; at the border, to the outermost one, beside NaN, to the place itself
+  /// (method §1).
   glm::dvec3 gradient(glm::dvec3 world) const;
 };
 

@@ -49,7 +49,7 @@ void normalise(std::vector<float>& values, double unit, double zero, const Field
 }
 
 Samples storedField(const Archive& archive, const ArchiveRow& row) {
-  PlacedField placed = placedField(readImage(archive.open(row)));
+  PlacedField placed = evenlyPlacedField(readImage(archive.open(row)));
   Samples samples{placed.size,
                   placed.worldFromGrid,
                   placed.low,
@@ -120,7 +120,25 @@ void forCorners(glm::ivec3 size, const glm::dvec3& cell, const Add& add) {
   }
 }
 
-/// Trilinear, clamped at the outermost centres; a sample without data makes none.
+/// Trilinear, clamped at the outermost centres, between samples with data, which weigh by their
+/// shares: NaN where the nearest sample has none (method §1). `value(index)`.
+template <typename Value>
+double interpolated(glm::ivec3 size, const glm::dvec3& cell, const Value& value) {
+  double sum = 0.0, weights = 0.0, nearest = 0.0;
+  bool known = false;
+  forCorners(size, cell, [&](std::size_t i, double weight) {
+    const double own = value(i);
+    if (weight > nearest) {
+      nearest = weight;
+      known = std::isfinite(own);
+    }
+    if (!std::isfinite(own)) return;
+    sum += weight * own;
+    weights += weight;
+  });
+  return known ? sum / weights : double(kNone);
+}
+
 class Interpolator {
  public:
   Interpolator(const Samples& from, const Samples& to) : from_(from) {
@@ -141,10 +159,8 @@ class Interpolator {
   float at(int x, int y, int z) const {
     const glm::dvec3 cell =
         start_ + double(x) * way_[0] + double(y) * way_[1] + double(z) * way_[2];
-    double sum = 0.0;
-    forCorners(from_.size, cell,
-               [&](std::size_t i, double weight) { sum += weight * double(from_.values[i]); });
-    return float(sum);
+    return float(
+        interpolated(from_.size, cell, [&](std::size_t i) { return double(from_.values[i]); }));
   }
 
  private:
@@ -204,12 +220,11 @@ FieldSample FieldBundle::sample(const glm::dvec3& world) const {
   }
   const glm::dvec3 grid(glm::inverse(worldFromGrid) * glm::dvec4(world, 1.0));
   sample.values.fill(0.0);
-  forCorners(size, grid * glm::dvec3(size) - 0.5, [&](std::size_t i, double weight) {
-    for (std::size_t j = 0; j < fields.size(); ++j) {
-      sample.values[j] +=
-          weight * (domains[j].low + double(values[4 * i + j]) * domains[j].range());
-    }
-  });
+  for (std::size_t j = 0; j < fields.size(); ++j) {
+    sample.values[j] = interpolated(size, grid * glm::dvec3(size) - 0.5, [&](std::size_t i) {
+      return domains[j].low + double(values[4 * i + j]) * domains[j].range();
+    });
+  }
   return sample;
 }
 

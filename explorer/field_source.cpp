@@ -63,9 +63,10 @@ FieldSamples evenlySampled(FieldSamples field) {
   const std::size_t fromX = std::size_t(field.axes[0].count),
                     fromY = std::size_t(field.axes[1].count);
   even.values.resize(nx * ny * nz);
-  // A sample without data weighs only where its share does.
+  // Beside samples without data, as the nearer one.
   const auto mix = [](float a, float b, float share) {
-    return share <= 0.0f ? a : share >= 1.0f ? b : a + share * (b - a);
+    if (!std::isfinite(a) || !std::isfinite(b)) return share < 0.5f ? a : b;
+    return a + share * (b - a);
   };
   parallelRanges(int(nz), [&](int begin, int end) {
     for (int z = begin; z < end; ++z) {
@@ -94,18 +95,30 @@ FieldSamples evenlySampled(FieldSamples field) {
   return even;
 }
 
-PlacedField placedField(const ProxyImage& image) {
-  FieldSamples field = thinned(evenlySampled(thinned(fieldSamples(image))));
+namespace {
+
+/// Where the cells of an axis begin, and how long they are together: the outermost ones reach as
+/// far beyond their samples as to halfway between theirs and the next.
+std::array<double, 2> extentOf(const FieldAxis& axis) {
+  const double first = axis.at(1) - axis.at(0);
+  const double last = axis.at(axis.count - 1) - axis.at(axis.count - 2);
+  const double origin = axis.at(0) - 0.5 * first;
+  return {origin, axis.at(axis.count - 1) + 0.5 * last - origin};
+}
+
+PlacedField placed(FieldSamples field, const ProxyHeader& header) {
   PlacedField placed;
-  placed.header = image.header;
+  placed.header = header;
   for (int a = 0; a < 3; ++a) {
     const FieldAxis& axis = field.axes[std::size_t(a)];
     const double from = placed.header.domain.low[a], to = placed.header.domain.high[a];
     placed.size[a] = axis.count;
     // One sample fills the domain.
     const bool one = axis.count == 1;
-    const double origin = one ? from : axis.first - 0.5 * axis.spacing;
-    const double extent = one ? std::max(to - from, 1e-300) : axis.count * axis.spacing;
+    const auto [origin, extent] =
+        one ? std::array{from, std::max(to - from, 1e-300)} : extentOf(axis);
+    for (int i = 0; i < axis.count && !one && !axis.nodes.empty(); ++i)
+      placed.nodes[std::size_t(a)].push_back((axis.at(i) - origin) / extent * axis.count);
     placed.worldFromGrid[a][a] = extent;
     placed.worldFromGrid[3][a] = origin;
     placed.low[a] = (from - origin) / extent;
@@ -117,9 +130,20 @@ PlacedField placedField(const ProxyImage& image) {
   return placed;
 }
 
+}  // namespace
+
+PlacedField placedField(const ProxyImage& image) {
+  return placed(thinned(fieldSamples(image)), image.header);
+}
+
+PlacedField evenlyPlacedField(const ProxyImage& image) {
+  return placed(thinned(evenlySampled(thinned(fieldSamples(image)))), image.header);
+}
+
 FieldSource::FieldSource(const ProxyImage& image) : header_(image.header) {
-  const PlacedField field = placedField(image);
-  grid_ = LookGrid::scalar(field.size, field.worldFromGrid, field.values);
+  PlacedField field = placedField(image);
+  grid_ = LookGrid::scalar(field.size, field.worldFromGrid, field.values,
+                           GridAxes(std::move(field.nodes)));
   grid_.low = field.low;
   grid_.high = field.high;
   grid_.valueZero = field.valueZero + grid_.valueZero * field.valueUnit;

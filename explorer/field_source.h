@@ -6,7 +6,7 @@
 
 namespace vestige {
 
-/// A stored field on an even grid in the world, as LookGrid has it.
+/// A stored field on a grid in the world, as LookGrid has it.
 struct PlacedField {
   ProxyHeader header;
   glm::ivec3 size{0};
@@ -14,13 +14,15 @@ struct PlacedField {
   glm::dvec3 low{0.0}, high{1.0};
   std::vector<float> values;  ///< value = number * unit + zero; NaN = no data
   double valueUnit = 1.0, valueZero = 0.0;
+  std::array<std::vector<double>, 3> nodes;  ///< of uneven axes, as GridAxes has them
 };
-/// Throws Format for a proxy that does not decode.
+/// Its own samples, or, `evenly`, none of its axes uneven. Throw Format for a proxy that does not
+/// decode.
 PlacedField placedField(const ProxyImage& image);
+PlacedField evenlyPlacedField(const ProxyImage& image);
 
-/// A stored field (kind "field") on the GPU. Uneven axes are resampled to even ones as fine as
-/// their finest spacing, with up to four times as many samples. Made, used and destroyed in
-/// Device::run.
+/// A stored field (kind "field") on the GPU, sample for sample as it is stored. Made, used and
+/// destroyed in Device::run.
 class FieldSource {
  public:
   /// Throws Format for a proxy that does not decode, Gl for a grid that OpenGL cannot hold.
@@ -39,7 +41,8 @@ class FieldSource {
   GridPainter painter_;
 };
 
-/// Fields with uneven axes on even ones, trilinear; others as they are.
+/// Fields with uneven axes on even ones as fine as their finest spacing, with up to four times as
+/// many samples, trilinear; others as they are.
 FieldSamples evenlySampled(FieldSamples field);
 
 }  // namespace vestige

@@ -53,6 +53,24 @@ inline std::uint16_t halfOf(float x) {
   return std::uint16_t((bits + 0x0fffu + ((bits >> 13) & 1u)) >> 13);
 }
 
+/// The mask of a grid of which `hasData(cell)`; none where all cells have.
+template <typename HasData>
+std::optional<gl::Texture> maskOf(glm::ivec3 size, const HasData& hasData) {
+  constexpr std::uint16_t kOne = 0x3c00;
+  const std::size_t cells = std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z);
+  std::vector<std::uint16_t> mask(cells);
+  bool all = true;
+  for (std::size_t i = 0; i < cells; ++i) {
+    const bool has = hasData(i);
+    mask[i] = has ? kOne : 0;
+    all = all && has;
+  }
+  if (all) return std::nullopt;
+  gl::Texture texture = texture3D(GL_R16F, size, GL_LINEAR);
+  uploadSlab(texture, size, 0, size.z, GL_RED, GL_HALF_FLOAT, mask.data());
+  return texture;
+}
+
 glm::ivec3 bricksOf(glm::ivec3 size) { return (size + (kBrickCells - 1)) / kBrickCells; }
 
 /// Calls brick(index, x, y, z) for all bricks, shared out among all cores.
@@ -162,10 +180,11 @@ LookGrid LookGrid::optics(glm::ivec3 size, const glm::dmat4& worldFromGrid,
 }
 
 LookGrid LookGrid::scalar(glm::ivec3 size, const glm::dmat4& worldFromGrid,
-                          std::span<const float> values) {
+                          std::span<const float> values, GridAxes axes) {
   checkCount(size, values.size(), 1);
   LookGrid grid;
   grid.content = GridContent::Scalar;
+  grid.axes = std::move(axes);
   grid.size = size;
   grid.worldFromGrid = worldFromGrid;
   grid.bricks = bricksOf(size);
@@ -186,10 +205,11 @@ LookGrid LookGrid::scalar(glm::ivec3 size, const glm::dmat4& worldFromGrid,
     for (std::size_t i = plane * std::size_t(begin); i < plane * std::size_t(end); ++i) {
       texels[i] = std::isfinite(values[i])
                       ? float((double(values[i]) - grid.valueZero) / grid.valueUnit)
-                      : kNoValue;
+                      : 0.0f;
     }
   });
   uploadSlab(grid.values, size, 0, size.z, GL_RED, GL_FLOAT, texels.data());
+  grid.mask = maskOf(size, [&](std::size_t i) { return std::isfinite(values[i]); });
   grid.brickRange.resize(std::size_t(grid.bricks.x) * std::size_t(grid.bricks.y) *
                          std::size_t(grid.bricks.z));
   forEachBrick(grid.bricks, [&](std::size_t index, glm::ivec3 brick) {
@@ -197,7 +217,7 @@ LookGrid LookGrid::scalar(glm::ivec3 size, const glm::dmat4& worldFromGrid,
     forBrickRows(size, brick, [&](std::size_t first, int count) {
       for (int i = 0; i < count; ++i) {
         const float texel = texels[first + std::size_t(i)];
-        if (texel == kNoValue) continue;
+        if (!std::isfinite(values[first + std::size_t(i)])) continue;
         range.x = std::min(range.x, texel);
         range.y = std::max(range.y, texel);
       }
@@ -217,9 +237,11 @@ LookGrid LookGrid::fields(glm::ivec3 size, const glm::dmat4& worldFromGrid,
   grid.worldFromGrid = worldFromGrid;
   grid.bricks = bricksOf(size);
   std::vector<float> texels(values.begin(), values.end());
-  for (float& texel : texels) {
-    if (!std::isfinite(texel)) texel = kNoValue;
+  const auto hasData = [&](std::size_t i) { return std::isfinite(values[4 * i]); };
+  for (std::size_t i = 0; i < texels.size(); i += 4) {
+    if (!hasData(i / 4)) std::fill_n(texels.begin() + std::ptrdiff_t(i), 4, 0.0f);
   }
+  grid.mask = maskOf(size, hasData);
   grid.values = texture3D(GL_RGBA32F, size, GL_LINEAR);
   uploadSlab(grid.values, size, 0, size.z, GL_RGBA, GL_FLOAT, texels.data());
   if (!gradients.empty()) {
@@ -239,7 +261,7 @@ LookGrid LookGrid::fields(glm::ivec3 size, const glm::dmat4& worldFromGrid,
     box[1].gradient = 0.0;
     forBrickRows(size, brick, [&](std::size_t first, int count) {
       for (std::size_t i = first; i < first + std::size_t(count); ++i) {
-        if (texels[4 * i] == kNoValue) continue;
+        if (!hasData(i)) continue;
         for (std::size_t j = 0; j < 4; ++j) {
           box[0].values[j] = std::min(box[0].values[j], double(texels[4 * i + j]));
           box[1].values[j] = std::max(box[1].values[j], double(texels[4 * i + j]));

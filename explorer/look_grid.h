@@ -12,20 +12,18 @@
 #include <vector>
 
 #include "explorer/gpu.h"
+#include "explorer/grid_axes.h"
 #include "proxy/classifier/classifier.h"
 
 namespace vestige {
 
 /// Optics: texels are (σ·c, σ) / scale of the current look. Scalar: texels are values, classified
-/// after interpolation by an OpticsTable; kNoValue = no data. Fields: texels are up to four values,
-/// classified after interpolation by a Classifier.
+/// after interpolation by an OpticsTable. Fields: texels are up to four values, classified after
+/// interpolation by a Classifier.
 enum class GridContent { Optics, Scalar, Fields };
 
 /// How optics are stored. Half: 11 bits of each texel's own magnitude. Byte: 8 bits of `scale`.
 enum class OpticsFormat { Half, Byte };
-
-/// Stands for "no data" in scalar grids; what is interpolated with it is no data, too.
-inline constexpr float kNoValue = -1e30f;
 
 /// Cells a side of a brick of the grid that says where nothing is to be seen.
 inline constexpr int kBrickCells = 8;
@@ -33,22 +31,27 @@ inline constexpr int kBrickCells = 8;
 /// A 3-D grid that VolumePass draws. Cell i, j, k of `size` has its centre at
 /// (i + 1/2, j + 1/2, k + 1/2) / size in grid coordinates, x fastest; `worldFromGrid` takes
 /// [0, 1]^3 to world: any invertible affine map, so cells may be stretched, axes permuted or
-/// mirrored. The medium fills [low, high] of grid coordinates: for a field on points, whose domain
-/// ends at its outermost samples, half a cell less on each side. Made, used and destroyed in
-/// Device::run.
+/// mirrored; along axes that GridAxes says are uneven, centres are where it says. The medium fills
+/// [low, high] of grid coordinates: for a field on points, whose domain ends at its outermost
+/// samples, half a cell less on each side. Made, used and destroyed in Device::run.
 struct LookGrid {
   GridContent content = GridContent::Optics;
   glm::ivec3 size{0};
   glm::dmat4 worldFromGrid{1.0};
   glm::dvec3 low{0.0}, high{1.0};
   gl::Texture values{GL_TEXTURE_3D};  ///< 3-D, filtered: RGBA16F or RGBA8, R32F for scalars
-  double scale = 1.0;                 ///< optics: extinction of a texel of 1, 1 / world unit
-  double valueUnit = 1.0;             ///< scalar: value = texel * unit + zero
+  /// R16F, 3-D, filtered: 1 where a cell has data, 0 where it has none, and its texel of `values`
+  /// is 0; none: all cells have. Cells with data weigh by their shares, there is no data where the
+  /// nearest cell has none (method §1).
+  std::optional<gl::Texture> mask;
+  GridAxes axes;
+  double scale = 1.0;      ///< optics: extinction of a texel of 1, 1 / world unit
+  double valueUnit = 1.0;  ///< scalar: value = texel * unit + zero
   double valueZero = 0.0;
   /// Scalar: R8, 3-D, filtered: how far each value may be wrong, 1 = `wrongUnit` texels.
   std::optional<gl::Texture> wrong;
   double wrongUnit = 0.0;
-  std::optional<gl::Texture> guess;    ///< R8, 3-D, filtered, any size: share of guess of a cell
+  std::optional<gl::Texture> guess;  ///< R8, 3-D, filtered, any size: share of guess of a cell
   /// RGBA16F, 3-D, filtered, VolumePass::findGradients: the slope a cell along each axis, and its
   /// length.
   std::optional<gl::Texture> gradient;
@@ -71,10 +74,10 @@ struct LookGrid {
                               OpticsFormat format = OpticsFormat::Half);
   /// Uploads values; what is not finite is no data.
   static LookGrid scalar(glm::ivec3 size, const glm::dmat4& worldFromGrid,
-                         std::span<const float> values);
+                         std::span<const float> values, GridAxes axes = {});
 
-  /// Uploads four normalised values a cell, kNoValue in the first of a cell without data, and one
-  /// gradient norm a cell, or none at all.
+  /// Uploads four normalised values a cell, of which the first is not finite in a cell without
+  /// data, and one gradient norm a cell, or none at all.
   static LookGrid fields(glm::ivec3 size, const glm::dmat4& worldFromGrid,
                          std::span<const float> values, std::span<const float> gradients);
 

@@ -139,11 +139,15 @@ void extend(const RunLists& runs, StackSamples& samples) {
       for (std::size_t z = 0; z < std::size_t(size.z); ++z) {
         float sum = 0.0f;
         std::uint8_t wrong = 0;
+        int known = 0;
         for (const std::size_t i : from) {
-          sum += samples.values[z * plane + i];
+          const float value = samples.values[z * plane + i];
+          if (!std::isfinite(value)) continue;
+          sum += value;
           wrong = std::max(wrong, samples.wrong[z * plane + i]);
+          ++known;
         }
-        samples.values[z * plane + own] = sum / float(from.size());
+        samples.values[z * plane + own] = known > 0 ? sum / float(known) : kNone;
         samples.wrong[z * plane + own] = wrong;
       }
     }
@@ -192,7 +196,8 @@ StackSamples sampledStack(const ProxyHeader& header, const RunLists& runs) {
 
 namespace {
 
-/// Looks a stack's samples up in the cells of another grid.
+/// Looks a stack's samples up in the cells of another grid: trilinear between those with data,
+/// which weigh by their shares; NaN where the nearest has none (method §1).
 class Resampler {
  public:
   Resampler(const StackSamples& from, const StackSamples& to) : from_(from) {
@@ -234,15 +239,34 @@ class Resampler {
       return a + t.y * (b - a);
     };
     const float near = along(p), far = along(p + next[2]);
+    float value = near + t.z * (far - near);
+    if (!std::isfinite(value)) value = besideGaps(p, next, t);
     const int middle = int(std::clamp(cell.z, 0.0, double(from_.size.z - 1)) + 0.5);
     const float wrong =
         from_.wrong.empty()
             ? 0.0f
             : float(from_.wrong[std::size_t(middle) * plane_ + nearest]) * StackSamples::kWrongUnit;
-    return {near + t.z * (far - near), wrong * wrong};
+    return {value, wrong * wrong};
   }
 
  private:
+  static float besideGaps(const float* first, const std::size_t (&next)[3], glm::vec3 t) {
+    const auto corner = [&](bool x, bool y, bool z) {
+      return first[(x ? next[0] : 0) + (y ? next[1] : 0) + (z ? next[2] : 0)];
+    };
+    if (!std::isfinite(corner(t.x >= 0.5f, t.y >= 0.5f, t.z >= 0.5f))) return kNone;
+    float sum = 0.0f, weights = 0.0f;
+    for (int i = 0; i < 8; ++i) {
+      const bool x = i & 1, y = i & 2, z = i & 4;
+      const float value = corner(x, y, z);
+      if (!std::isfinite(value)) continue;
+      const float weight = (x ? t.x : 1.0f - t.x) * (y ? t.y : 1.0f - t.y) * (z ? t.z : 1.0f - t.z);
+      sum += weight * value;
+      weights += weight;
+    }
+    return sum / weights;
+  }
+
   const StackSamples& from_;
   glm::dvec3 start_{0.0}, x_{0.0}, y_{0.0}, z_{0.0};
   std::size_t plane_ = 0;

@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
+#include "axes_glsl.embed.h"
 #include "bake_frag.embed.h"
 #include "brick_frag.embed.h"
 #include "fullscreen_vert.embed.h"
@@ -23,6 +24,10 @@ namespace {
 constexpr int kReduce = 4;
 /// Rays are probed at every other pixel from so many pixels a cell on.
 constexpr double kProbePixels = 2.5;
+/// Texture units of the mask and of the axes.
+constexpr int kMaskUnit = 12, kAxesUnit = 13;
+/// Steps are no shorter than this share of an axis, however close its samples stand.
+constexpr double kLeastStep = 0x1p-20;
 /// Slopes a cell below this share (of the extinction, or of the range of values) are not lit.
 constexpr float kFlatOptics = 0.01f, kFlatScalar = 1e-4f;
 
@@ -74,11 +79,34 @@ bool usesGradients(const LookGrid& grid, const ClassifiedLook& look) {
   return look.classifier->needsGradient();
 }
 
-/// A shader with the classifier's own text in the place that it leaves for it.
-std::string withClassifier(std::string_view shader, const Classifier& classifier) {
-  constexpr std::string_view kPlace = "#pragma classifier";
+/// A shader with a text in the place that it leaves for it, "#pragma name".
+std::string with(std::string_view shader, std::string_view name, std::string_view inserted) {
+  const std::string place = "#pragma " + std::string(name);
   std::string text(shader);
-  return text.replace(text.find(kPlace), kPlace.size(), classifier.glsl());
+  return text.replace(text.find(place), place.size(), inserted);
+}
+
+/// ... with the classifier's own, and with axes.glsl.
+std::string withClassifier(std::string_view shader, const Classifier& classifier) {
+  return with(shader, "classifier", classifier.glsl());
+}
+std::string withAxes(std::string_view shader) { return with(shader, "axes", embedded::axes_glsl); }
+
+/// What shaders must know of where a grid's cells stand and which have data.
+void addGridDefines(std::vector<std::pair<std::string, std::string>>& defines,
+                    const LookGrid& grid) {
+  if (grid.mask) defines.emplace_back("GAPS", "1");
+  grid.axes.define(defines);
+}
+
+void setGrid(const gl::Program& program, const LookGrid& grid) {
+  if (grid.mask) gpu::bindSampler(program, "mask", kMaskUnit, *grid.mask);
+  grid.axes.bind(program, kAxesUnit);
+}
+
+/// The least distance of samples along each axis, in cells of equal width.
+glm::dvec3 finestCells(const LookGrid& grid) {
+  return glm::max(grid.axes.finest, glm::dvec3(grid.size) * kLeastStep);
 }
 
 void addClassifierDefines(std::vector<std::pair<std::string, std::string>>& defines,
@@ -137,7 +165,7 @@ struct RayUniforms {
 };
 
 RayUniforms raysOf(const Camera& camera, ImageSize size, const glm::dmat4& cellFromWorld,
-                   double depthOrigin, const VolumeSetup& setup) {
+                   double depthOrigin, const glm::dvec3& finest, const VolumeSetup& setup) {
   RayUniforms rays;
   const glm::dvec3 right = camera.right(), up = camera.up;
   const bool perspective = camera.projection == Projection::Perspective;
@@ -164,7 +192,8 @@ RayUniforms raysOf(const Camera& camera, ImageSize size, const glm::dmat4& cellF
   double fastest = 0.0;
   for (const glm::dvec2 at : {glm::dvec2(0.5), {0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}, {1.0, 1.0}}) {
     const glm::dvec3 way =
-        rays.along[0] + at.x * size.width * rays.along[1] + at.y * size.height * rays.along[2];
+        (rays.along[0] + at.x * size.width * rays.along[1] + at.y * size.height * rays.along[2]) /
+        finest;
     fastest = std::max({fastest, std::abs(way.x), std::abs(way.y), std::abs(way.z)});
   }
   rays.stepDepth = setup.step / fastest;
@@ -180,8 +209,8 @@ double pixelsPerCell(const LookGrid& grid, const VolumeSetup& setup) {
                                     : setup.camera.viewHeight;
   double narrowest = std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < 3; ++axis) {
-    narrowest = std::min(
-        narrowest, glm::length(glm::dvec3(grid.worldFromGrid[axis])) / double(grid.size[axis]));
+    const double cell = finestCells(grid)[axis] / double(grid.size[axis]);
+    narrowest = std::min(narrowest, cell * glm::length(glm::dvec3(grid.worldFromGrid[axis])));
   }
   return height > 0.0 ? narrowest * setup.size.height / height : 0.0;
 }
@@ -299,6 +328,7 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
   const bool doubts = scalar && grid.wrong && setup.doubt != 0.0;
   define(doubts, "DOUBT");
   define(skips, "SKIP");
+  addGridDefines(defines, grid);
   if (setup.custom) {
     defines.emplace_back("CUSTOM", "1");
     define(scalar && setup.custom->textures->hasValues(), "CUSTOM_VALUES");
@@ -306,12 +336,14 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
   }
   const bool fields = grid.content == GridContent::Fields;
   if (fields) addClassifierDefines(defines, grid, *setup.classified);
+  const std::string shader = withAxes(embedded::volume_frag);
   const gl::Program& cast =
-      fields
-          ? program("volume " + std::string(setup.classified->classifier->kind()),
-                    withClassifier(embedded::volume_frag, *setup.classified->classifier), defines)
-          : program("volume", embedded::volume_frag, defines);
+      fields ? program("volume " + std::string(setup.classified->classifier->kind()),
+                       withClassifier(shader, *setup.classified->classifier), defines)
+             : program("volume", shader, defines);
   cast.use();
+  setGrid(cast, grid);
+  if (grid.axes.table) gl.Uniform1f(cast.uniform("stepCells"), float(setup.step));
 
   // Everything in cells, from a middle that keeps single precision exact far from the origin.
   const glm::dvec3 cells(grid.size);
@@ -321,7 +353,8 @@ const gl::Program& VolumePass::bind(const LookGrid& grid, const VolumeSetup& set
   }
   const glm::dvec3 middle(grid.worldFromGrid * glm::dvec4(0.5 * (grid.low + grid.high), 1.0));
   const double depthOrigin = glm::dot(middle - setup.camera.position, setup.camera.forward);
-  const RayUniforms rays = raysOf(setup.camera, setup.size, cellFromWorld, depthOrigin, setup);
+  const RayUniforms rays =
+      raysOf(setup.camera, setup.size, cellFromWorld, depthOrigin, finestCells(grid), setup);
   std::array<float, 9> start{}, along{};
   for (std::size_t i = 0; i < 9; ++i) {
     start[i] = float(rays.start[i / 3][int(i % 3)]);
@@ -481,10 +514,12 @@ LookGrid VolumePass::baked(const LookGrid& grid, const ClassifiedLook& look) {
   result.high = grid.high;
   Defines defines;
   addClassifierDefines(defines, grid, look);
+  addGridDefines(defines, grid);
   const gl::Program& bake = program("bake " + std::string(look.classifier->kind()),
                                     withClassifier(embedded::bake_frag, *look.classifier), defines);
   bake.use();
   gpu::bindSampler(bake, "values", 0, grid.values);
+  setGrid(bake, grid);
   setClassifier(bake, grid, look, result.scale);
   drawLayers(bake, result.values, result.size);
   gl.Flush();
@@ -507,10 +542,12 @@ void VolumePass::findGradients(LookGrid& grid) {
   const bool scalar = grid.content == GridContent::Scalar;
   Defines defines;
   if (scalar) defines.emplace_back("SCALAR", "1");
-  const gl::Program& find = program("normal", embedded::normal_frag, defines);
+  addGridDefines(defines, grid);
+  const gl::Program& find = program("normal", withAxes(embedded::normal_frag), defines);
   grid.gradient = target3D(GL_RGBA16F, grid.size);
   find.use();
   gpu::bindSampler(find, "values", 0, grid.values);
+  setGrid(find, grid);
   gl.Uniform1f(find.uniform("flatSlope"), scalar ? kFlatScalar : kFlatOptics);
   drawLayers(find, *grid.gradient, grid.size);
   gl::checkErrors("finding the gradients of a grid");
@@ -525,8 +562,10 @@ OcclusionGrid VolumePass::occlusion(const LookGrid& grid, double radiusWorld,
   const gl::Texture reduced = target3D(GL_R32F, size);
   Defines defines;
   if (scalar) defines.emplace_back("SCALAR", "1");
-  const gl::Program& reduce = program("reduce", embedded::reduce_frag, defines);
+  addGridDefines(defines, grid);
+  const gl::Program& reduce = program("reduce", withAxes(embedded::reduce_frag), defines);
   reduce.use();
+  setGrid(reduce, grid);
   gpu::bindSampler(reduce, "values", 0, grid.values);
   gl.Uniform1f(reduce.uniform("scale"), scalar ? 1.0f : float(grid.scale));
   if (scalar) {

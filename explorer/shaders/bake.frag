@@ -12,6 +12,9 @@ uniform vec4 channelOptics[CHANNELS];  // of a weight of 1, / scale
 #ifdef GRADIENT
 uniform sampler3D gradients;
 #endif
+#ifdef GAPS
+uniform sampler3D mask;
+#endif
 
 out vec4 result;
 
@@ -25,7 +28,9 @@ void main() {
   gradient = texelFetch(gradients, cell, 0).r;
 #endif
   result = vec4(0.0);
-  if (own.x < -1e20) return;
+#ifdef GAPS
+  if (texelFetch(mask, cell, 0).r < 0.5) return;
+#endif
   float weights[CHANNELS];
   classify(own, own, gradient, gradient, weights);
   for (int i = 0; i < CHANNELS; ++i) result += weights[i] * channelOptics[i];

@@ -6,7 +6,8 @@
 // VolumePass defines SCALAR (values and a table, else optics), FIELDS (up to four values and a
 // classifier of CHANNELS channels and PARAMETERS parameters, with GRADIENT if it wants one),
 // MAXIMUM, ISOSURFACE, SLICE, LIT, OPEN (ambient occlusion), GUESS, SKIP, CUSTOM, CUSTOM_VALUES,
-// BLENDS (count) and DOUBT (values moved as far as they may be wrong; these three of SCALAR only).
+// BLENDS (count) and DOUBT (values moved as far as they may be wrong; these three of SCALAR only),
+// GAPS (values are missing) and what axes.glsl wants.
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -27,6 +28,12 @@ uniform float stepDepth;
 uniform float opaque;
 uniform float scale;             // optics: extinction of a texel of 1
 uniform float depthOrigin;       // planar depth where z = 0
+#ifdef GAPS
+uniform sampler3D mask;          // 1 where a cell has data; values are 0 where it has none
+#endif
+#ifdef UNEVEN
+uniform float stepCells;         // longest step, in cells
+#endif
 #ifdef SKIP
 uniform usampler3D leaps;
 uniform ivec3 lastBrick;
@@ -86,9 +93,23 @@ layout(location = 0) out vec4 color;
 layout(location = 1) out vec4 info;  // r = mean planar depth, g = share of guess (ProbedRays)
 
 const int kBrick = 8, kRun = 4;
-const float kNoValueEdge = -1e20, kFar = 1e30;
+const float kNoValue = -1e30, kNoValueEdge = -1e20, kFar = 1e30;
 
-vec4 texelAt(vec3 cell) { return texture(values, cell * texelFromCell); }
+#pragma axes
+
+// Trilinear between cells with data, which weigh by their shares; none where the nearest has none
+// (method §1).
+vec4 texelIn(vec3 cell) {
+  vec3 at = cell * texelFromCell;
+  vec4 texel = texture(values, at);
+#ifdef GAPS
+  ivec3 nearest = clamp(ivec3(floor(cell)), ivec3(0), textureSize(mask, 0) - 1);
+  if (texelFetch(mask, nearest, 0).r < 0.5) return vec4(kNoValue);
+  texel /= texture(mask, at).r;
+#endif
+  return texel;
+}
+vec4 texelAt(vec3 cell) { return texelIn(textureCell(cell)); }
 
 #ifdef SCALAR
 #ifdef DOUBT
@@ -96,7 +117,7 @@ uniform sampler3D wrong;         // how far values may be wrong, in `doubt`
 uniform float doubt;             // in texels, either sign
 
 float valueAt(vec3 cell) {
-  return texelAt(cell).r + doubt * texture(wrong, cell * texelFromCell).r;
+  return texelAt(cell).r + doubt * texture(wrong, textureCell(cell) * texelFromCell).r;
 }
 #else
 float valueAt(vec3 cell) { return texelAt(cell).r; }
@@ -145,17 +166,23 @@ struct Sample {
   float gradient;
 };
 
+bool known(Sample a) { return a.values.x > kNoValueEdge; }
+
 Sample sampleAt(vec3 cell) {
+  Sample result = Sample(texelAt(cell), 0.0);
 #ifdef GRADIENT
-  return Sample(texelAt(cell), texture(gradients, cell * texelFromCell).r);
-#else
-  return Sample(texelAt(cell), 0.0);
+  vec3 at = textureCell(cell) * texelFromCell;
+  result.gradient = texture(gradients, at).r;
+#ifdef GAPS
+  result.gradient /= max(texture(mask, at).r, 1e-6);
 #endif
+#endif
+  return result;
 }
 
 // Mean optics of a stretch along which all values are linear.
 vec4 opticsBetween(Sample a, Sample b) {
-  if (min(a.values.x, b.values.x) < kNoValueEdge) return vec4(0.0);
+  if (!known(a) || !known(b)) return vec4(0.0);
   float weights[CHANNELS];
   classify(a.values, b.values, a.gradient, b.gradient, weights);
   vec4 optics = vec4(0.0);
@@ -258,14 +285,27 @@ vec3 colorAt(vec4 optics, vec3 cell) {
 // gradients of the cells around it cancel out.
 vec3 normalAt(vec3 cell) {
 #ifdef ISOSURFACE
-  vec3 before = max(cell - 1.0, 0.5), after = min(cell + 1.0, cells - 0.5);
-  vec3 slope = vec3(valueAt(vec3(after.x, cell.yz)) - valueAt(vec3(before.x, cell.yz)),
-                    valueAt(vec3(cell.x, after.y, cell.z)) - valueAt(vec3(cell.x, before.y, cell.z)),
-                    valueAt(vec3(cell.xy, after.z)) - valueAt(vec3(cell.xy, before.z)));
-  slope /= max(after - before, 0.5);
+  vec3 x = clamp(textureCell(cell), vec3(0.5), cells - 0.5);
+  vec3 a = max(x - 1.0, 0.5), b = min(x + 1.0, cells - 0.5);
+  vec3 before = vec3(texelIn(vec3(a.x, x.yz)).r, texelIn(vec3(x.x, a.y, x.z)).r,
+                     texelIn(vec3(x.xy, a.z)).r);
+  vec3 after = vec3(texelIn(vec3(b.x, x.yz)).r, texelIn(vec3(x.x, b.y, x.z)).r,
+                    texelIn(vec3(x.xy, b.z)).r);
+#ifdef GAPS
+  // One-sided beside what has no data.
+  vec3 here = vec3(texelIn(x).r);
+  vec3 noBefore = vec3(lessThan(before, vec3(kNoValueEdge)));
+  vec3 noAfter = vec3(lessThan(after, vec3(kNoValueEdge)));
+  before = mix(before, here, noBefore);
+  after = mix(after, here, noAfter);
+  a = mix(a, x, noBefore);
+  b = mix(b, x, noAfter);
+#endif
+  vec3 run = placeOfTexture(b) - placeOfTexture(a);
+  vec3 slope = (after - before) / max(run, 1e-12) * vec3(greaterThan(run, vec3(0.0)));
   float sure = 1.0;
 #else
-  vec4 mean = texture(gradient, cell * texelFromCell);
+  vec4 mean = texture(gradient, textureCell(cell) * texelFromCell);
   vec3 slope = mean.xyz;
   float sure = mean.w > 0.0 ? length(slope) / mean.w : 0.0;
 #endif
@@ -306,6 +346,42 @@ vec3 lit(vec3 emission, float alpha, vec3 cell, vec3 toViewer) {
   emission *= 1.0 - openStrength * (1.0 - texture(open, cell * texelFromCell).r);
 #endif
   return emission;
+}
+
+#ifdef SKIP
+// Of a face between texture cells; those beyond the grid are far away.
+vec3 facePlace(vec3 cell) {
+#ifdef UNEVEN
+  vec3 place = placeOfTexture(cell);
+  place = mix(place, vec3(-kFar), vec3(lessThan(cell, vec3(0.5))));
+  return mix(place, vec3(kFar), vec3(greaterThan(cell, cells - 0.5)));
+#else
+  return cell;
+#endif
+}
+#endif
+
+// The end of the step that begins at k steps, in steps. Steps over wide cells are 2, 4, 8, ...
+// times as long, and begin at multiples of that, so that they are at the same depths on all rays.
+float stepEnd(float k, vec3 cell, vec3 way) {
+#ifdef UNEVEN
+  vec3 room = vec3(1.0);
+#ifdef AXIS_X
+  room.x = roomAlong(0, cell.x);
+#endif
+#ifdef AXIS_Y
+  room.y = roomAlong(1, cell.y);
+#endif
+#ifdef AXIS_Z
+  room.z = roomAlong(2, cell.z);
+#endif
+  vec3 depths = room / max(abs(way), 1e-12);
+  float steps = stepCells * min(depths.x, min(depths.y, depths.z)) / stepDepth;
+  steps = exp2(floor(log2(max(steps, 1.0) * 1.0001)));
+  return (floor(k / steps) + 1.0) * steps;
+#else
+  return k + 1.0;
+#endif
 }
 
 void main() {
@@ -390,12 +466,12 @@ void main() {
 #ifdef SKIP
     {
       vec3 cell = from + z0 * way;
-      ivec3 brick = clamp(ivec3(cell) / kBrick, ivec3(0), lastBrick);
+      ivec3 brick = clamp(ivec3(textureCell(cell)) / kBrick, ivec3(0), lastBrick);
       int leap = int(texelFetch(leaps, brick, 0).r);
       if (leap > 0) {
         // To the step in which the ray leaves the cube of empty bricks.
         vec3 face = vec3(brick) + mix(vec3(1 - leap), vec3(leap), greaterThan(way, vec3(0.0)));
-        vec3 exits = (face * float(kBrick) - cell) / way;
+        vec3 exits = (facePlace(face * float(kBrick)) - cell) / way;
         exits = mix(exits, vec3(kFar), lessThan(abs(way), vec3(1e-12)));
         float kExit = floor(min((z0 + min(exits.x, min(exits.y, exits.z))), span.y) / stepDepth);
         if (kExit > k) {
@@ -410,9 +486,10 @@ void main() {
 #endif
     for (int run = 0; run < kRun; ++run) {
       z0 = max(k * stepDepth, zFirst);
-      float z1 = min((k + 1.0) * stepDepth, span.y);
+      float end = stepEnd(k, from + z0 * way, way);
+      float z1 = min(end * stepDepth, span.y);
       float odd = k - 2.0 * floor(0.5 * k);
-      k += 1.0;
+      k = end;
       if (z0 >= z1) break;
       float zMiddle = 0.5 * (z0 + z1), ds = (z1 - z0) * rate;
 #ifdef SCALAR
@@ -423,6 +500,9 @@ void main() {
 #endif
         have = true;
       }
+#if defined(UNEVEN) && !defined(ISOSURFACE) && !defined(MAXIMUM)
+      odd = entry0.x - 2.0 * floor(0.5 * entry0.x);
+#endif
       float value1 = VALUE_AT(from + z1 * way);
       bool both = known(value0) && known(value1);
 #if defined(MAXIMUM)
@@ -453,8 +533,18 @@ void main() {
       vec4 optics = both ? CUSTOM_FUNCTION(meanBetween(entry0, entry1), entry0.x, entry1.x,
                                            from + zMiddle * way)
                          : vec4(0.0);
+#ifdef GAPS
+      // Where one end has no data, the other end's half of the step is like that end.
+      bool first = known(value0);
+      if (!both && (first || known(value1))) {
+        float x = floor(first ? entry0.x : entry1.x);
+        zMiddle = mix(z0, z1, first ? 0.25 : 0.75);
+        ds *= 0.5;
+        optics = CUSTOM_FUNCTION(meanAt(first ? value0 : value1), x, x, from + zMiddle * way);
+      }
+#endif
 #ifdef LIT
-      if (optics.a > 0.0) zMiddle = mix(z0, z1, lightPlace(entry0, entry1, optics.a * ds));
+      if (both && optics.a > 0.0) zMiddle = mix(z0, z1, lightPlace(entry0, entry1, optics.a * ds));
 #endif
       entry0 = entry1;
 #endif
@@ -464,6 +554,15 @@ void main() {
       have = true;
       Sample sample1 = sampleAt(from + z1 * way);
       vec4 optics = opticsBetween(sample0, sample1);
+#ifdef GAPS
+      bool first = known(sample0);
+      if (first != known(sample1)) {
+        zMiddle = mix(z0, z1, first ? 0.25 : 0.75);
+        ds *= 0.5;
+        if (first) optics = opticsBetween(sample0, sample0);
+        else optics = opticsBetween(sample1, sample1);
+      }
+#endif
       sample0 = sample1;
 #else
       vec4 optics = texelAt(from + zMiddle * way) * scale;

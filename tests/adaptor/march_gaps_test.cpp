@@ -19,9 +19,7 @@ constexpr double kSpacing = 1.0 / (kNodes - 1);
 struct NodeValues {
   std::vector<double> values = std::vector<double>(kNodes * kNodes * kNodes);
 
-  double& at(int x, int y, int z) {
-    return values[std::size_t(x + kNodes * (y + kNodes * z))];
-  }
+  double& at(int x, int y, int z) { return values[std::size_t(x + kNodes * (y + kNodes * z))]; }
   Scene scene() const {
     return Scene::even({kNodes, kNodes, kNodes}, kUnit, [this](glm::dvec3 p) {
       const auto i = [](double x) { return std::size_t(std::lround(x / kSpacing)); };

@@ -180,6 +180,29 @@ TEST(FieldSource, UnevenAxesAreResampledToTheirFinestSpacing) {
   }
 }
 
+TEST(FieldSource, UnevenAxesKeepTheirSamples) {
+  // Depths close together near the surface: T is warm in the first 40 m of 1000.
+  FieldSamples field;
+  const std::vector<double> depths{0, 10, 20, 30, 40, 60, 120, 300, 600, 1000};
+  field.axes = {FieldAxis{3, 0.0, 500.0, {}}, FieldAxis{3, 0.0, 500.0, {}},
+                FieldAxis{10, 0.0, 1.0, depths}};
+  for (const double depth : depths)
+    field.values.insert(field.values.end(), 9,
+                        float(depth <= 30 ? 1.0 : std::exp(-(depth - 30) / 50)));
+  ProxyHeader header = synthetic::header(kind::kField, kSize);
+  header.domain = {{0.0, 0.0, 0.0}, {1000.0, 1000.0, 1000.0}};
+  const ProxyImage image = fieldImage(header, field, {1, 1e-6});
+  const PlacedField placed = placedField(image);
+  EXPECT_EQ(placed.size, glm::ivec3(3, 3, 10));
+  ASSERT_EQ(placed.nodes[2].size(), depths.size());
+  EXPECT_TRUE(placed.nodes[0].empty());
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    const glm::dvec4 grid(0.5, 0.5, placed.nodes[2][i] / 10.0, 1.0);
+    EXPECT_NEAR((placed.worldFromGrid * grid).z, depths[i], 1e-9);
+    EXPECT_NEAR(placed.values[9 * i], field.values[9 * i], 1e-5);
+  }
+}
+
 TEST(FieldSource, LooksKeepWhatGridsNeed) {
   Look look;
   look.draw = Draw::Slice;

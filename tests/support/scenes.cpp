@@ -53,8 +53,7 @@ double trilinear(const Scene& scene, glm::dvec3 index) {
   for (int i = 0; i < 8; ++i) {
     const bool x = i & 1, y = i & 2, z = i & 4;
     const double value = corner(x, y, z);
-    const double weight =
-        (x ? u.x : 1.0 - u.x) * (y ? u.y : 1.0 - u.y) * (z ? u.z : 1.0 - u.z);
+    const double weight = (x ? u.x : 1.0 - u.x) * (y ? u.y : 1.0 - u.y) * (z ? u.z : 1.0 - u.z);
     if (std::isnan(value)) continue;
     sum += weight * value;
     weights += weight;

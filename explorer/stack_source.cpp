@@ -156,7 +156,7 @@ std::string errorOfStack(const ProxyHeader& header, int levels) {
   }
   return fmt::format(
       "{} slabs of {:.4g}, lengths within {:.3g} of a slab, values within {:.4g}; within a slab "
-      "the order is exact where values rise or fall, turns lie within {:.4g}",
+      "the order is exact where values turn twice at most, turns lie within {:.4g}",
       header.slabDepths.size() - 1, thickest, 1.0 / levels, widest, thickest / SlicedStack::kTurns);
 }
 

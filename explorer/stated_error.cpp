@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "proxy/proxy_layout.h"
-#include "proxy/sliced_stack.h"
 
 namespace vestige {
 namespace {
@@ -34,14 +33,15 @@ double intervalShare(const ProxyHeader& header) {
 StatedError ofField(const ProxyHeader& header) {
   if (!header.grid) return kAnything;
   const FieldGrid& grid = *header.grid;
+  // The run's own samples, drawn where they are.
+  if (grid.reduction == 1) return {true, shareOf(grid.tolerance, grid.high - grid.low), 0.0};
   double place = 0.0;
   for (const FieldAxis& axis : grid.axes) {
     double widest = 0.0;
     for (int i = 1; i < axis.count; ++i) widest = std::max(widest, axis.at(i) - axis.at(i - 1));
     place = std::max(place, shareOf(0.5 * widest, axis.at(axis.count - 1) - axis.at(0)));
   }
-  const double value = shareOf(grid.tolerance, grid.high - grid.low);
-  return {grid.reduction == 1, grid.reduction == 1 ? value : 1.0, place};
+  return {false, 1.0, place};
 }
 
 StatedError ofStack(const ProxyHeader& header) {
@@ -50,8 +50,8 @@ StatedError ofStack(const ProxyHeader& header) {
     thickest = std::max(thickest, header.slabDepths[s + 1] - header.slabDepths[s]);
   }
   const DepthRange range = depthRange(header.camera, header.domain);
-  return {true, intervalShare(header),
-          shareOf(thickest / SlicedStack::kTurns, range.high - range.low)};
+  // A run whose samples stand closer than slabs may turn more often in one than a stack can tell.
+  return {true, intervalShare(header), shareOf(thickest, range.high - range.low)};
 }
 
 }  // namespace

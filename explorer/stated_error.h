@@ -25,14 +25,16 @@ struct StatedError {
   bool truerThan(const StatedError& other) const {
     return bounded != other.bounded ? bounded : sum() < other.sum();
   }
-  /// "values within 6.25 % of the range, places within 0.62 % of the depth"
+  /// "values within 6.25 % of the range, places within 5 % of the depth"
   std::string text() const;
 };
 
 /// From the header of any kind of proxy:
-///   field      the tolerance and half a sample's distance; averaged samples: unbounded, as what is
+///   field      the tolerance, in its place; averaged samples: unbounded, as what is
 ///              smaller than they are is gone
-///   sliced     the widest interval that any value lies in; a slab's thickness / kTurns
+///   sliced     the widest interval that any value lies in; a slab's thickness, whatever the
+///              distance of the run's samples: what turns more than twice in a slab may lie anywhere
+///              in it
 ///   length     the same interval; the order along the ray is not stored: place = 1. Turned:
 ///              unbounded, as what the layers hide is not stored
 ///   attenuation, depth, mip   unbounded

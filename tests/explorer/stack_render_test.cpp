@@ -372,7 +372,7 @@ TEST_F(StackRendering, InfoStatesTheErrorOfEachStack) {
   EXPECT_NE(infoText(info).find("stack of field in view stack-front: 8 slabs of 0.25"),
             std::string::npos);
   EXPECT_NE(infoText(info).find("truest for field from elsewhere: sliced (values within 12.5 % of "
-                                "the range, places within 1.56 % of the depth)\n"),
+                                "the range, places within 12.5 % of the depth)\n"),
             std::string::npos)
       << infoText(info);
 }

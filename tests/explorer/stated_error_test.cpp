@@ -42,12 +42,12 @@ ProxyHeader fieldOf(int samples, double tolerance, int reduction = 1) {
   return header;
 }
 
-TEST(StatedError, OfStacksIsIntervalWidthAndPartsOfSlabs) {
+TEST(StatedError, OfStacksIsIntervalWidthAndAWholeSlab) {
   const StatedError error = statedError(stackOf(20, 16), kEdit);
   EXPECT_TRUE(error.bounded);
   EXPECT_NEAR(error.value, 1.0 / 16, 1e-12);
-  EXPECT_NEAR(error.place, 1.0 / 20 / 8, 1e-9);
-  EXPECT_EQ(error.text(), "values within 6.25 % of the range, places within 0.625 % of the depth");
+  EXPECT_NEAR(error.place, 1.0 / 20, 1e-9);
+  EXPECT_EQ(error.text(), "values within 6.25 % of the range, places within 5 % of the depth");
   // More slabs and more intervals never state more.
   for (int slabs = 2; slabs < 64; ++slabs) {
     EXPECT_TRUE(statedError(stackOf(slabs, 16), kEdit)
@@ -69,14 +69,18 @@ TEST(StatedError, CountsWhatLiesOutsideOfTheBoundsAndOnlyIntervalsThatHoldSometh
   EXPECT_EQ(statedError(header, kEdit).value, 1.0);
 }
 
-TEST(StatedError, OfFieldsIsToleranceAndHalfASample) {
+TEST(StatedError, OfFieldsIsToleranceWhereverTheirSamplesStand) {
   const StatedError error = statedError(fieldOf(101, 0.01), kTurn);
   EXPECT_TRUE(error.bounded);
   EXPECT_NEAR(error.value, 0.01, 1e-12);
-  EXPECT_NEAR(error.place, 0.005, 1e-12);
+  EXPECT_EQ(error.place, 0.0);
   EXPECT_FALSE(statedError(fieldOf(101, 0.01, 2), kEdit).bounded) << "what is small is gone";
   ProxyHeader uneven = fieldOf(3, 0.01);
   uneven.grid->axes[1] = {3, 0.0, 1.0, {0.0, 0.9, 1.0}};
+  EXPECT_EQ(statedError(uneven, kEdit).place, 0.0);
+  EXPECT_TRUE(statedError(uneven, kEdit).truerThan(statedError(stackOf(64, 64), kEdit)))
+      << "a sea of 10 m and 500 m cells is drawn as the run has it";
+  uneven.grid->reduction = 2;
   EXPECT_NEAR(statedError(uneven, kEdit).place, 0.45, 1e-12);
   ProxyHeader without = fieldOf(3, 0.01);
   without.grid.reset();

@@ -134,8 +134,9 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"stretched", "hard", kOrtho, false}, Case{"turbulent", "peaks", kDistorted, true},
         Case{"turbulent", "hard", kDistorted, false}, Case{"stretched", "ramp", kDistorted, true},
         Case{"holed", "ramp", kOrtho, true}, Case{"holed", "peaks", kPerspective, true},
-        Case{"holed", "peaks", kOrtho, false}, Case{"ct", "ramp", kOrtho, false}, Case{"ct", "ramp", kPerspective, true},
-        Case{"ct", "peaks", kOrtho, true}, Case{"ct", "hard", kPerspective, false}),
+        Case{"holed", "peaks", kOrtho, false}, Case{"ct", "ramp", kOrtho, false},
+        Case{"ct", "ramp", kPerspective, true}, Case{"ct", "peaks", kOrtho, true},
+        Case{"ct", "hard", kPerspective, false}),
     [](const auto& instance) {
       const Case& c = instance.param;
       return std::string(c.scene) + "_" + c.function +

@@ -59,9 +59,10 @@ StatedError ofStack(const ProxyHeader& header) {
 std::string StatedError::text() const {
   if (!bounded) return "nothing bounds what is missing";
   if (sum() == 0.0) return "exact";
-  return fmt::format("values within {:.3g} % of the range, {}", 100.0 * value,
-                     place < 1.0 ? fmt::format("places within {:.3g} % of the depth", 100.0 * place)
-                                 : "their order along a ray is not stored");
+  const std::string values = fmt::format("values within {:.3g} % of the range", 100.0 * value);
+  if (place == 0.0) return values;
+  return values + (place < 1.0 ? fmt::format(", places within {:.3g} % of the depth", 100.0 * place)
+                               : std::string(", their order along a ray is not stored"));
 }
 
 StatedError statedError(const ProxyHeader& header, const Asked& asked) {

@@ -174,7 +174,8 @@ void main() {
   float fIn = SAMPLE((index + 1.0) * stepDepth);
   float shareIn = clamp(zIn / stepDepth - index, 0.0, 1.0);
   // Along a step what values become is as straight as they are, wherever it is cut.
-  float valueIn = between(VALUE(f0, index * stepDepth), VALUE(fIn, (index + 1.0) * stepDepth), shareIn);
+  float valueIn =
+      between(VALUE(f0, index * stepDepth), VALUE(fIn, (index + 1.0) * stepDepth), shareIn);
 
 #ifdef RUNS
   // The run that the ray is in: its channel, that channel's edges, where it began.
@@ -292,7 +293,8 @@ void main() {
     // the exit, is left for the end.
 #define REFERENCE_STEP(i, j)                                                                    \
   bool counts##i = (index + float(j)) * stepDepth < zOut;                                       \
-  Base START##i = baseAtStart(F##i, BASE##i, BASE##j), END##i = baseAtEnd(F##j, BASE##i, BASE##j); \
+  Base START##i = baseAtStart(F##i, BASE##i, BASE##j);                                          \
+  Base END##i = baseAtEnd(F##j, BASE##i, BASE##j);                                              \
   bool divides##i = counts##i && segmentParts(START##i, END##i, TAU##i, TAU##j) > 1.0;          \
   float alpha##i =                                                                              \
       counts##i && !divides##i ? exp(-max(TAU##i, 0.0)) - exp(-max(TAU##j, 0.0)) : 0.0;         \

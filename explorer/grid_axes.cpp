@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/vec4.hpp>
-#include <string>
-#include <utility>
 
 namespace vestige {
 namespace {

@@ -4,6 +4,8 @@
 #include <array>
 #include <glm/vec3.hpp>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "explorer/gpu.h"

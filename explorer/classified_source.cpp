@@ -27,7 +27,8 @@ void ClassifiedSource::prepareGrid(const Classifier& normalised) {
   if (!grid_ || (gradient && !grid_->gradients)) {
     const std::vector<float> gradients = gradient ? bundle_.gradients() : std::vector<float>{};
     grid_.reset();
-    grid_ = LookGrid::fields(bundle_.size, bundle_.worldFromGrid, bundle_.values, gradients);
+    grid_ = LookGrid::fields(bundle_.size, stretch_.sceneFromWorld() * bundle_.worldFromGrid,
+                             bundle_.values, gradients);
     grid_->low = bundle_.low;
     grid_->high = bundle_.high;
     key_.clear();
@@ -39,7 +40,9 @@ void ClassifiedSource::findGradients(const ClassifiedLook& look) {
   if (density.empty() && bundle_.fields.size() == 1) {
     // Surfaces of equal value, as smooth as the field where features are thinner than a cell.
     prepareFirst();
+    first_->worldFromGrid = grid_->worldFromGrid;  // the painter places it for itself
     pass_.findGradients(*first_);
+    first_->worldFromGrid = bundle_.worldFromGrid;
     grid_->gradient = std::move(first_->gradient);
     first_->gradient.reset();
     return;
@@ -58,6 +61,11 @@ VolumeView ClassifiedSource::draw(const Look& look, const Classifier& classifier
     throw Error(ErrorCode::Config,
                 "look key 'draw': a classifier draws volume or slice; isosurfaces and MIP show one "
                 "field");
+  }
+  const Stretch stretch(look.scale, bundle_.domain);
+  if (stretch != stretch_) {
+    stretch_ = stretch;
+    grid_.reset();
   }
   const auto normalised = classifier.normalised(bundle_.domains);
   prepareGrid(*normalised);
@@ -83,10 +91,12 @@ VolumeView ClassifiedSource::draw(const Look& look, const Classifier& classifier
     setup.clip->low = glm::max(bundle_.domain.low, look.clip->low);
     setup.clip->high = glm::max(setup.clip->low, glm::min(bundle_.domain.high, look.clip->high));
   }
-  setup.plane = look.slice.value_or(
-      glm::dvec4(camera.forward, glm::dot(camera.forward, bundle_.domain.center())));
+  setup.clip = stretch.box(*setup.clip);
+  setup.plane = look.slice
+                    ? stretch.plane(*look.slice)
+                    : glm::dvec4(camera.forward, glm::dot(camera.forward, bundle_.domain.center()));
   setup.sliceThickness = referenceLength;
-  const LightSetup light = lightSetup(look, camera, camera, bundle_.domain.diagonal());
+  const LightSetup light = lightSetup(look, camera, camera, bundle_.domain);
   setup.light = &light;
   const bool volume = setup.mode == VolumeMode::Compositing;
   if (volume && (light.shade || look.ao.on) && !baked_) {
@@ -111,6 +121,7 @@ VolumeView ClassifiedSource::draw(const Look& look, const Classifier& classifier
     if (!custom_ || !custom_->is(*look.customization, bundle_.domain))
       custom_.emplace(*look.customization, bundle_.domain);
     custom.textures = &*custom_;
+    custom.worldFromScene = stretch.worldFromScene();
     setup.custom = &custom;
   }
   return pass_.render(*grid_, setup);

@@ -45,6 +45,7 @@ class ClassifiedSource {
   long cycle_;
   FieldBundle bundle_;
   VolumePass pass_;
+  Stretch stretch_;  ///< of the grid
   std::optional<LookGrid> grid_;
   std::optional<LookGrid> baked_;  ///< its optics, for light
   std::optional<OcclusionGrid> occlusion_;

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "explorer/look.h"
+#include "explorer/renderer.h"
 
 namespace vestige::cli {
 
@@ -32,14 +33,14 @@ class LookOptions {
   CLI::App* command_;
   std::string lookFile_, saveLook_, backend_ = "auto";
   long cycle_ = 0;
-  double time_ = 0.0, referenceLength_ = 0.0, aoRadius_ = 0.0, enhanceLambda_ = 0.0;
+  double time_ = 0.0, referenceLength_ = 0.0, aoRadius_ = 0.0, enhanceLambda_ = 0.0, zoom_ = 1.0;
   std::string field_, view_, source_, rotate_, size_, opacity_, factors_, colormap_, colorRange_;
   std::string customize_, seeds_;
-  std::string draw_, isosurfaces_, slice_, clip_;
+  std::string draw_, isosurfaces_, slice_, clip_, frame_, pan_, center_, scale_;
   std::string color_, via_, order_, shading_, normals_, background_;
-  std::vector<std::string> lights_, features_;
+  std::vector<std::string> lights_, features_, surfaces_;
   std::string classifierFile_;
-  bool ao_ = false, enhance_ = false, trust_ = false;
+  bool ao_ = false, enhance_ = false, trust_ = false, fit_ = false;
   bool colorbar_ = false, axes_ = false, box_ = false, timeLabel_ = false;
 };
 
@@ -47,6 +48,9 @@ class LookOptions {
 /// the option and the piece that is none.
 std::vector<double> numbersFromText(const std::string& option, const std::string& text,
                                     std::size_t least, std::size_t most);
+
+/// Says what of a look was in vain, on standard error.
+void printWarnings(const std::vector<Warning>& warnings);
 
 /// A whole text file; throws Io naming it.
 std::string textOfFile(const std::string& path);

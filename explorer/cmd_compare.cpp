@@ -118,10 +118,13 @@ class Comparison {
     requireView(*first_, subject, subject.cycle);
     requireView(*second_, subject, other);
     look = left_.resolved(look);
-    const Picture left = left_.render(look).picture;
-    look.size = left.size;
+    const Rendered left = left_.render(look);
+    look.size = left.picture.size;
     look.cycle = other;
-    return measure(left, right_.render(look).picture);
+    const Rendered right = right_.render(look);
+    warn(left.warnings);
+    warn(right.warnings);
+    return measure(left.picture, right.picture);
   }
 
   /// Throws NotFound naming what the first archive has instead of what the look names.
@@ -137,8 +140,18 @@ class Comparison {
                             archive.directory().string(), subject.field, subject.view, cycle));
   }
 
+  /// Each warning once.
+  void warn(const std::vector<Warning>& warnings) {
+    for (const Warning& warning : warnings) {
+      if (std::find(warned_.begin(), warned_.end(), warning) != warned_.end()) continue;
+      warned_.push_back(warning);
+      printWarnings({warning});
+    }
+  }
+
   std::shared_ptr<const Archive> first_, second_;
   Renderer left_, right_;
+  std::vector<Warning> warned_;
 };
 
 void compareArchives(const Options& options) {

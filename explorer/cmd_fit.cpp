@@ -49,18 +49,16 @@ class Brush {
   }
 
   /// The points of a plane behind the pixels of a picture within `radius` of (x, y).
-  void addDisc(const Camera& camera, ImageSize size, const glm::dvec4& plane, double x, double y,
-               double radius) {
+  void addDisc(const Rendered& slice, const glm::dvec4& plane, double x, double y, double radius) {
     for (int py = int(std::ceil(y - radius)); py <= int(std::floor(y + radius)); ++py) {
       for (int px = int(std::ceil(x - radius)); px <= int(std::floor(x + radius)); ++px) {
         if (std::hypot(px - x, py - y) > radius) continue;
-        const Ray ray = camera.rayThrough({px + 0.5, py + 0.5}, size);
+        const Ray ray = slice.camera.rayThrough({px + 0.5, py + 0.5}, slice.picture.size);
+        const glm::dvec3 origin(slice.worldFromScene * glm::dvec4(ray.origin, 1.0));
+        const glm::dvec3 way(slice.worldFromScene * glm::dvec4(ray.direction, 0.0));
         const glm::dvec3 normal(plane);
-        const double along =
-            (plane.w - glm::dot(normal, ray.origin)) / glm::dot(normal, ray.direction);
-        if (std::isfinite(along)) {
-          samples.push_back(bundle_.sample(ray.origin + along * ray.direction));
-        }
+        const double along = (plane.w - glm::dot(normal, origin)) / glm::dot(normal, way);
+        if (std::isfinite(along)) samples.push_back(bundle_.sample(origin + along * way));
       }
     }
   }
@@ -149,13 +147,14 @@ void brushPicture(const Options& options, const std::shared_ptr<const Archive>& 
   look.draw = Draw::Slice;
   Renderer renderer(gl::Device::create(options.look->backend()), archive);
   const Rendered slice = renderer.render(look);
+  printWarnings(slice.warnings);
   if (!options.picture.empty()) writePicture(options.picture, slice.picture);
   for (const std::string& text : options.brushes) {
     const auto disc = numbersFromText("--brush", text, 3, 3);
     if (!(disc[2] >= 0.0 && disc[2] <= 1e4)) {
       throw Error(ErrorCode::Config, fmt::format("--brush '{}': a radius of {}", text, disc[2]));
     }
-    brush.addDisc(slice.camera, slice.picture.size, *look.slice, disc[0], disc[1], disc[2]);
+    brush.addDisc(slice, *look.slice, disc[0], disc[1], disc[2]);
   }
 }
 

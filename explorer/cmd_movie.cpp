@@ -36,11 +36,13 @@ void run(const Options& options) {
       turn ? looksOfTurn(look, options.turn, options.frames) : looksOverTime(look, *archive);
   Renderer renderer(gl::Device::create(options.look->backend()), archive);
   const double rate = options.framesPerSecond.value_or(turn ? 24.0 : 10.0);
+  std::vector<Warning> warnings;
   {
     ProgressBar bar("movie");
-    writeMovie(options.output, renderer, looks, rate,
-               [&](int done, int total) { bar.show(done, total); });
+    warnings = writeMovie(options.output, renderer, looks, rate,
+                          [&](int done, int total) { bar.show(done, total); });
   }
+  printWarnings(warnings);
   fmt::print("{}: {} frames at {:g} a second\n", options.output, looks.size(), rate);
 }
 

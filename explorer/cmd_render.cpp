@@ -20,6 +20,7 @@ struct Options {
   ViewEffects effects;
   std::string shutter;
   std::unique_ptr<LookOptions> look;
+  CLI::App* command = nullptr;
 };
 
 void run(const Options& options) {
@@ -31,6 +32,10 @@ void run(const Options& options) {
     effects.shutter = {angles[0], angles[1], angles[2]};
   }
   effects.validate();
+  if (options.command->count("--samples") > 0 && options.effects.aperture == 0.0 &&
+      options.shutter.empty()) {
+    printWarnings({{"samples", "--samples has no effect without --aperture or --shutter"}});
+  }
   const std::string extension = std::filesystem::path(options.output).extension().string();
   if (extension != ".png" && extension != ".exr") {
     throw Error(ErrorCode::InvalidArgument,
@@ -42,6 +47,7 @@ void run(const Options& options) {
   const Rendered rendered = renderWithEffects(renderer, look, effects);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   writePicture(options.output, rendered.picture);
+  printWarnings(rendered.warnings);
   if (!options.verbose) return;
   for (const std::string& note : rendered.notes) fmt::print("{}\n", note);
   if (const auto own = renderer.ownLook(look)) {
@@ -76,6 +82,7 @@ void addRender(CLI::App& app, int&) {
                       "Motion blur of a turn by AZ,EL[,ROLL] degrees");
   command->add_option("--samples", options->effects.samples, "Views of a lens or a shutter")
       ->capture_default_str();
+  options->command = command;
   options->look = std::make_unique<LookOptions>(*command);
   command->callback([options] { run(*options); });
 }

@@ -35,14 +35,14 @@ void drawSeeds(Picture& picture, Seeds mode, const Customization& customization,
                const AnnotationSubject& subject, const std::optional<glm::dvec4>& plane) {
   if (mode == Seeds::None) return;
   const double unit = std::max(3.0, 0.012 * picture.size.height);
-  const auto strength = [&](glm::dvec3 at) {
+  const auto strength = [&](glm::dvec3 world) {
     if (!plane) return 1.0;
-    const glm::dvec3 normal(*plane);
+    const glm::dvec3 normal(*plane), at = subject.stretch.point(world);
     const double away = std::abs(glm::dot(normal, at) - plane->w) / glm::length(normal);
     return std::clamp(1.0 - 10.0 * away / subject.domain.diagonal(), 0.15, 1.0);
   };
   const auto pixelOf = [&](glm::dvec3 at) {
-    return glm::dvec2(subject.camera.project(at, picture.size));
+    return glm::dvec2(subject.camera.project(subject.stretch.point(at), picture.size));
   };
   const std::vector<SeedPoint> points = customization.points(subject.domain);
   for (const SeedPoint& a : points) {

@@ -84,7 +84,7 @@ std::shared_ptr<const FeatureStack> FeatureSource::stack(const std::string& view
 FeatureSource::Drawn FeatureSource::draw(const Look& look, const std::string& view,
                                          bool atStoredView, std::span<const ChannelOptics> optics,
                                          const Camera& camera, ImageSize size) {
-  const bool lit = look.shading == Shading::Phong || look.ao.on;
+  const bool lit = look.isLit() || look.ao.on;
   const bool flat = atStoredView && !lit && !look.needsGrid();
   if (flat && std::count(stackViews_.begin(), stackViews_.end(), view)) {
     const std::shared_ptr<const FeatureStack> held = stack(view);

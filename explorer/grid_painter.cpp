@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "explorer/surface_palette.h"
 #include "proxy/error.h"
 
 namespace vestige {
@@ -27,23 +28,6 @@ VolumeMode modeOf(Draw draw) {
 constexpr double kTolerance = 1.0 / 256.0;
 /// Light behind which nothing is seen: half a step of 8 bits.
 constexpr double kOpaque = 1.0 / 512.0;
-
-/// The look's, or opaque ones where the function's opacity peaks.
-std::vector<Isosurface> surfacesOf(const Look& look, const TransferFunction& function) {
-  std::vector<Isosurface> surfaces;
-  for (const OpacityPoint& point : look.isosurfaces) {
-    surfaces.push_back({point.value, function.color(point.value), point.opacity});
-  }
-  if (!surfaces.empty()) return surfaces;
-  for (const double value : function.opacityPeaks()) {
-    if (surfaces.size() < kMaxIsosurfaces) surfaces.push_back({value, function.color(value), 1.0});
-  }
-  if (surfaces.empty()) {
-    throw Error(ErrorCode::Config,
-                "look key 'isosurfaces' is missing, and the opacity has no peak to take instead");
-  }
-  return surfaces;
-}
 
 }  // namespace
 
@@ -95,6 +79,7 @@ void GridPainter::prepareCustom(const LookGrid& grid, const Look& look,
     customTables_.push_back(tableOf(grid, look, other, partition));
     custom_->blends.push_back(&customTables_.back());
   }
+  custom_->worldFromScene = stretch_.worldFromScene();
   custom_->low = partition ? partition->low() : grid.valueZero;
   custom_->high = partition ? partition->high() : grid.valueZero + grid.valueUnit;
 }
@@ -122,6 +107,15 @@ void GridPainter::prepareScalar(LookGrid& grid, const Look& look, const Transfer
   setup.table = &*table_;
 }
 
+void GridPainter::place(LookGrid& grid, const Stretch& stretch) {
+  if (!worldFromGrid_) worldFromGrid_ = grid.worldFromGrid;
+  grid.worldFromGrid = stretch.sceneFromWorld() * *worldFromGrid_;
+  if (stretch == stretch_) return;
+  stretch_ = stretch;
+  grid.normals.reset();
+  occlusion_.reset();
+}
+
 VolumeView GridPainter::draw(LookGrid& grid, const Look& look, const TransferFunction& function,
                              const IntervalPartition* partition, const Box& domain,
                              const Camera& camera, ImageSize size) {
@@ -130,12 +124,14 @@ VolumeView GridPainter::draw(LookGrid& grid, const Look& look, const TransferFun
     throw Error(ErrorCode::Config,
                 "look key 'draw': isosurfaces and MIP need values, this source holds optics");
   }
+  place(grid, Stretch(look.scale, domain));
+  const Box scene = stretch_.box(domain);
   VolumeSetup setup;
   setup.camera = camera;
   setup.size = size;
   setup.mode = modeOf(look.draw);
-  setup.clip = look.clip;
-  if (look.slice) setup.plane = *look.slice;
+  if (look.clip) setup.clip = stretch_.box(*look.clip);
+  if (look.slice) setup.plane = stretch_.plane(*look.slice);
   if (look.draw == Draw::Slice && !look.slice) {
     // Through the middle, across the longest look.
     setup.plane = glm::dvec4(camera.forward, glm::dot(camera.forward, domain.center()));
@@ -149,11 +145,11 @@ VolumeView GridPainter::draw(LookGrid& grid, const Look& look, const TransferFun
     throw Error(ErrorCode::Config,
                 "look key 'customization' needs values, this source holds optics");
   }
-  const LightSetup light = lightSetup(look, camera, camera, domain.diagonal());
+  const LightSetup light = lightSetup(look, camera, camera, domain);
   if (scalar && setup.mode == VolumeMode::Compositing) {
     // Factors and shifts change smoothly and bend nothing.
     const bool bends = custom_ && custom_->textures->hasValues();
-    if (!step_) step_ = pass_.longestStep(grid, *setup.table, domain, bends ? &*custom_ : nullptr);
+    if (!step_) step_ = pass_.longestStep(grid, *setup.table, scene, bends ? &*custom_ : nullptr);
     // Light falls on the middle of a step: a long one would miss folds of what it passes.
     setup.step = light.shade ? std::min(*step_, 1.0) : *step_;
     setup.tolerance = kTolerance;

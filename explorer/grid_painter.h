@@ -16,13 +16,15 @@ namespace vestige {
 OpticsTable::Optics opticsOf(const TransferFunction& function,
                              const IntervalPartition* partition = nullptr);
 
-/// Draws a grid as a look says: volume, isosurfaces, MIP or a slice, cut by its clip box, lit and
-/// occluded. Whatever source makes grids (fields, stacks) is drawn by it. Keeps tables and
-/// occlusion of the look that it drew last. Made, used and destroyed in Device::run.
+/// Draws a grid as a look says: volume, isosurfaces, MIP or a slice, cut by its clip box, stretched
+/// by its scale, lit and occluded. Whatever source makes grids (fields, stacks) is drawn by it.
+/// Keeps tables and occlusion of the look that it drew last. Made, used and destroyed in
+/// Device::run.
 class GridPainter {
  public:
-  /// `grid` belongs to the painter's caller and is always the same. `function` and `partition` are
-  /// for scalar grids. Throws Config naming the look's key when optics cannot be drawn so.
+  /// `grid` belongs to the painter's caller, is always the same, and is left in the scene of the
+  /// look's scale, where `camera` is; `domain` is in the world. `function` and `partition` are for
+  /// scalar grids. Throws Config naming the look's key when optics cannot be drawn so.
   VolumeView draw(LookGrid& grid, const Look& look, const TransferFunction& function,
                   const IntervalPartition* partition, const Box& domain, const Camera& camera,
                   ImageSize size);
@@ -38,7 +40,12 @@ class GridPainter {
   /// The picture drawn twice more, with all values as far below and above as they may be.
   std::vector<float> doubtOf(const LookGrid& grid, VolumeSetup setup, const Picture& likely);
 
+  /// Places the grid in the scene of a look.
+  void place(LookGrid& grid, const Stretch& stretch);
+
   VolumePass pass_;
+  Stretch stretch_;
+  std::optional<glm::dmat4> worldFromGrid_;  ///< before it is stretched
   std::string tableKey_, occlusionKey_;
   std::optional<OpticsTable> table_;
   std::optional<double> step_;  ///< of the table

@@ -38,11 +38,13 @@ glm::vec4 unprojectOf(const Camera& camera, ImageSize size, double jump) {
 }
 
 /// `target` with near and far planes that bracket everything that the layers can hold.
-Camera bracketed(Camera camera, const Camera& source) {
+Camera bracketed(Camera camera, const Camera& source, const Stretch& stretch) {
+  const glm::dvec3 factors = stretch.factors();
+  const double most = std::max({1.0, factors.x, factors.y, factors.z});
   const double reach =
-      source.farDepth - source.nearDepth + glm::length(camera.position - source.position);
-  const glm::dvec3 middle =
-      source.position + source.forward * (0.5 * (source.nearDepth + source.farDepth));
+      most * (source.farDepth - source.nearDepth + glm::length(camera.position - source.position));
+  const glm::dvec3 middle = stretch.point(
+      source.position + source.forward * (0.5 * (source.nearDepth + source.farDepth)));
   const double depth = glm::dot(middle - camera.position, camera.forward);
   camera.farDepth = depth + reach;
   camera.nearDepth = camera.projection == Projection::Perspective
@@ -87,11 +89,13 @@ LayerTextures::LayerTextures(const LayerPlanes& planes)
 }
 
 LightSetup lightSetup(const Look& look, const Camera& source, const Camera& target,
-                      double domainDiagonal) {
+                      const Box& domain) {
   LightSetup setup;
   const glm::dmat4 sourceFromTarget = source.eyeFromWorld() * target.worldFromEye();
+  // Unasked for, a headlight a little off the axis, which leaves nothing that is seen in the dark.
+  const double aside = look.shading == Shading::Auto ? 15.0 : 30.0;
   const std::vector<Light> lights =
-      look.lights.empty() ? std::vector<Light>{{30.0, 30.0, 1.0}} : look.lights;
+      look.lights.empty() ? std::vector<Light>{{aside, aside, 1.0}} : look.lights;
   for (const Light& light : lights) {
     const double azimuth = radians(light.azimuth), elevation = radians(light.elevation);
     const glm::dvec3 direction{std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
@@ -100,10 +104,15 @@ LightSetup lightSetup(const Look& look, const Camera& source, const Camera& targ
     setup.intensities.push_back(light.intensity);
   }
   setup.material = look.material;
-  setup.shade = look.shading == Shading::Phong;
+  setup.shade = look.isLit();
   setup.normals = look.normals;
   setup.ao = look.ao;
-  setup.aoRadiusWorld = look.ao.radius * domainDiagonal;
+  setup.aoRadiusWorld = look.ao.radius * domain.diagonal();
+  const Stretch stretch(look.scale, domain);
+  if (!stretch.none()) {
+    setup.stretch = source.eyeFromWorld() * stretch.sceneFromWorld() * source.worldFromEye();
+    setup.stretchNormal = glm::transpose(glm::inverse(glm::dmat3(setup.stretch)));
+  }
   setup.viewer = sourceFromTarget * (target.projection == Projection::Perspective
                                          ? glm::dvec4(0.0, 0.0, 0.0, 1.0)
                                          : glm::dvec4(0.0, 0.0, 1.0, 0.0));
@@ -142,6 +151,10 @@ gl::Texture LayerPass::light(const LayerTextures& layers, const LightSetup& setu
                float(setup.material.shininess));
   const glm::vec4 viewer(setup.viewer);
   gl.Uniform4fv(lit.uniform("viewer"), 1, glm::value_ptr(viewer));
+  const glm::mat4 stretch(setup.stretch);
+  const glm::mat3 stretchNormal(setup.stretchNormal);
+  gl.UniformMatrix4fv(lit.uniform("stretch"), 1, GL_FALSE, glm::value_ptr(stretch));
+  gl.UniformMatrix3fv(lit.uniform("stretchNormal"), 1, GL_FALSE, glm::value_ptr(stretchNormal));
   gl.Uniform1i(lit.uniform("shade"), setup.shade);
   gl.Uniform1i(lit.uniform("derive"), setup.normals == NormalSource::Depth);
   gl.Uniform2f(lit.uniform("ao"), setup.ao.on ? float(setup.ao.strength) : 0.0f,
@@ -182,7 +195,7 @@ gl::Texture LayerPass::customized(const LayerTextures& layers, const gl::Texture
 
 WarpedView LayerPass::warp(const LayerTextures& layers, const gl::Texture& colors,
                            const gl::Texture* light, const Camera& target, ImageSize size,
-                           bool unseen) {
+                           bool unseen, const Stretch& stretch) {
   const gl::Functions& gl = gl::functions();
   const gl::Texture newColors = gpu::textureArray(GL_RGBA32F, size, layers.count);
   const gl::Texture newPositions = gpu::textureArray(GL_RGBA32F, size, layers.count);
@@ -197,8 +210,9 @@ WarpedView LayerPass::warp(const LayerTextures& layers, const gl::Texture& color
   gl.Uniform1i(warp.uniform("lit"), light != nullptr);
   const glm::vec4 unproject = unprojectOf(layers.camera, layers.size, kPlainJump);
   gl.Uniform4fv(warp.uniform("unproject"), 1, glm::value_ptr(unproject));
-  const Camera camera = bracketed(target, layers.camera);
-  const glm::dmat4 eyeFromEye = camera.eyeFromWorld() * layers.camera.worldFromEye();
+  const Camera camera = bracketed(target, layers.camera, stretch);
+  const glm::dmat4 eyeFromEye =
+      camera.eyeFromWorld() * stretch.sceneFromWorld() * layers.camera.worldFromEye();
   glm::mat4 clipFromEye(camera.clipFromEye(size.aspect()) * eyeFromEye);
   for (int column = 0; column < 4; ++column) clipFromEye[column][1] *= -1.0f;  // rows from the top
   // Relative to the domain's centre, as far from the origin floats cannot tell its faces apart.

@@ -12,6 +12,7 @@
 #include "explorer/drawn_view.h"
 #include "explorer/gpu.h"
 #include "explorer/look.h"
+#include "explorer/stretch.h"
 #include "proxy/box.h"
 #include "proxy/camera.h"
 
@@ -49,14 +50,17 @@ struct LightSetup {
   NormalSource normals = NormalSource::Stored;
   AmbientOcclusion ao;
   double aoRadiusWorld = 0.0;
+  /// The layers' eye space in the scene that they are lit in (stretch.h), and normals alike.
+  glm::dmat4 stretch{1.0};
+  glm::dmat3 stretchNormal{1.0};
   /// Where the viewer is: for perspective viewers their position (w = 1), else the unit direction
   /// toward them (w = 0).
   glm::dvec4 viewer{0.0, 0.0, 1.0, 0.0};
 };
 
-/// The light setup of a look whose viewer is `target`, for layers seen by `source`.
+/// The light setup of a look whose viewer is `target`, for layers of `domain` seen by `source`.
 LightSetup lightSetup(const Look& look, const Camera& source, const Camera& target,
-                      double domainDiagonal);
+                      const Box& domain);
 
 /// A rotated view of depth layers; depth: of the nearest sampled surface.
 using WarpedView = DrawnView;
@@ -75,9 +79,10 @@ class LayerPass {
   /// `light` may be null. Surfaces stretched across silhouettes fill what no sample covers and
   /// count as guess; so do depths that are only likely, surfaces seen from behind and, if `unseen`,
   /// rays through space that no stored ray saw before the layer itself is met. The layers' camera
-  /// may be multi-perspective, `target` not (InvalidArgument).
+  /// may be multi-perspective, `target` not (InvalidArgument); `target` is in the scene of
+  /// `stretch`.
   WarpedView warp(const LayerTextures& layers, const gl::Texture& colors, const gl::Texture* light,
-                  const Camera& target, ImageSize size, bool unseen);
+                  const Camera& target, ImageSize size, bool unseen, const Stretch& stretch = {});
 
  private:
   const gl::Program& program(const std::string& name, std::string_view vertex,

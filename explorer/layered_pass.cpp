@@ -53,14 +53,21 @@ struct PicturePlane {
 struct RayFan {
   std::array<glm::dvec3, 3> origin, direction;
 
-  RayFan(const Camera& camera, double aspect) {
+  RayFan(const Camera& camera, double aspect, const Stretch& stretch) {
     const PicturePlane plane(camera, aspect);
     if (camera.projection == Projection::Orthographic) {
       origin = {camera.position, plane.across, plane.down};
       direction = {camera.forward, glm::dvec3(0.0), glm::dvec3(0.0)};
     } else {
       origin = {camera.position, glm::dvec3(0.0), glm::dvec3(0.0)};
-      direction = {camera.forward, plane.across, plane.down};
+      const glm::dvec2 shift(camera.shift.x / (aspect * camera.pixelAspect), -camera.shift.y);
+      direction = {camera.forward - shift.x * plane.across - shift.y * plane.down, plane.across,
+                   plane.down};
+    }
+    if (stretch.none()) return;
+    for (std::size_t i = 0; i < 3; ++i) {
+      origin[i] = glm::dvec3(stretch.worldFromScene() * glm::dvec4(origin[i], i == 0 ? 1.0 : 0.0));
+      direction[i] /= stretch.factors();
     }
   }
 };
@@ -221,7 +228,7 @@ const gl::Program& LayeredPass::program(int layers, bool custom) {
 }
 
 LayeredView LayeredPass::render(const LayeredTextures& layers, const Camera& target, ImageSize size,
-                                bool guess, const CustomTextures* custom) {
+                                bool guess, const CustomTextures* custom, const Stretch& stretch) {
   const gl::Functions& gl = gl::functions();
   const gl::Program& cast = program(layers.layers, custom);
   cast.use();
@@ -236,7 +243,7 @@ LayeredView LayeredPass::render(const LayeredTextures& layers, const Camera& tar
   const glm::dvec3 centre = layers.domain.center();
   const double start = glm::dot(centre - target.position, target.forward);
   gl.Uniform1f(cast.uniform("firstDepth"), float(-start / diagonal));
-  const RayFan fan(target, size.aspect());
+  const RayFan fan(target, size.aspect(), stretch);
   const SourceMap source(layers.camera, layers.size, layers.domain);
   const DepthRange range = levelRange(layers.camera, layers.domain);
   const double marginShare = kStep * (layers.layers + 1);

@@ -9,6 +9,7 @@
 #include "explorer/gpu.h"
 #include "explorer/picture.h"
 #include "explorer/probed_rays.h"
+#include "explorer/stretch.h"
 #include "proxy/layered_layout.h"
 
 namespace vestige {
@@ -42,9 +43,11 @@ struct LayeredView {
 class LayeredPass {
  public:
   /// The guess is left out unless it is asked for. `custom` may be null: factors and shifts at the
-  /// middle of each stretch of a ray in a layer.
+  /// middle of each stretch of a ray in a layer. `target` is in the scene of `stretch`; optical
+  /// depths are those of lengths in the world.
   LayeredView render(const LayeredTextures& layers, const Camera& target, ImageSize size,
-                     bool guess = true, const CustomTextures* custom = nullptr);
+                     bool guess = true, const CustomTextures* custom = nullptr,
+                     const Stretch& stretch = {});
 
  private:
   const gl::Program& program(int layers, bool custom);

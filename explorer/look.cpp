@@ -53,9 +53,13 @@ void validateGrid(const Look& look) {
                                        std::to_string(look.isosurfaces.size()) +
                                        " surfaces, at most 8");
   }
-  for (const OpacityPoint& point : look.isosurfaces) {
-    require(std::isfinite(point.value), "isosurfaces", point.value, "finite");
-    requireRange("isosurfaces", point.opacity, 0.0, 1.0);
+  for (const SurfaceLook& surface : look.isosurfaces) {
+    require(std::isfinite(surface.value), "isosurfaces", surface.value, "finite");
+    requireRange("isosurfaces", surface.opacity, 0.0, 1.0);
+    if (!surface.color.empty() && surface.color != "map" && !colorFromHex(surface.color)) {
+      throw Error(ErrorCode::Config, "look key 'isosurfaces' has the colour '" + surface.color +
+                                         "'; choices: #rrggbb, map");
+    }
   }
   if (look.slice) {
     for (int i = 0; i < 4; ++i) {
@@ -70,6 +74,18 @@ void validateGrid(const Look& look) {
   }
 }
 
+void validateFraming(const Look& look) {
+  for (const Rotation& rotation : look.frameFor) {
+    for (const double angle : {rotation.azimuth, rotation.elevation, rotation.roll})
+      requireRange("frameFor", angle, -360.0, 360.0);
+  }
+  requireRange("zoom", look.zoom, 1e-3, 1e6);
+  for (const double shift : {look.pan.x, look.pan.y}) requireRange("pan", shift, -1e6, 1e6);
+  for (int i = 0; look.center && i < 3; ++i)
+    require(std::isfinite((*look.center)[i]), "center", (*look.center)[i], "finite");
+  for (int i = 0; i < 3; ++i) requireRange("scale", look.scale[i], 1e-9, 1e9);
+}
+
 /// Learned colours are those of the run: no key may ask for others.
 void validateColoring(const Look& look) {
   if (look.color != Coloring::Learned) return;
@@ -78,12 +94,13 @@ void validateColoring(const Look& look) {
       {"draw", look.draw != Draw::Volume},
       {"clip", look.clip.has_value()},
       {"rotate", !look.rotate.isZero()},
+      {"scale", look.isStretched()},
       {"colormap", !look.colormap.empty()},
       {"customization", look.customization.has_value()},
       {"colorRange", look.colorRange.has_value()},
       {"via", look.via != Via::Auto},
       {"order", look.order != Order::Auto},
-      {"shading", look.shading != Shading::None},
+      {"shading", look.isLit()},
       {"ao", look.ao.on}};
   for (const auto& [key, other] : keys) {
     if (!other) continue;
@@ -125,6 +142,7 @@ void Look::validate() const {
   requireRange("rotate", rotate.elevation, -360.0, 360.0);
   requireRange("rotate", rotate.roll, -360.0, 360.0);
   validateGrid(*this);
+  validateFraming(*this);
   validateFunction(*this);
   validateLight(*this);
   validateColoring(*this);
@@ -138,17 +156,22 @@ void Look::validate() const {
   }
 }
 
-std::optional<glm::dvec3> backgroundFromText(const std::string& text) {
-  if (text == "transparent") return std::nullopt;
-  if (text == "black") return glm::dvec3(0.0);
-  if (text == "white") return glm::dvec3(1.0);
-  if (text == "grey" || text == "gray") return glm::dvec3(0.5);
+std::optional<glm::dvec3> colorFromHex(const std::string& text) {
   unsigned red = 0, green = 0, blue = 0;
   int used = 0;
   if (text.size() == 7 && text.find_first_not_of("0123456789abcdefABCDEF", 1) == text.npos &&
       std::sscanf(text.c_str(), "#%2x%2x%2x%n", &red, &green, &blue, &used) == 3 && used == 7) {
     return glm::dvec3(red, green, blue) / 255.0;
   }
+  return std::nullopt;
+}
+
+std::optional<glm::dvec3> backgroundFromText(const std::string& text) {
+  if (text == "transparent") return std::nullopt;
+  if (text == "black") return glm::dvec3(0.0);
+  if (text == "white") return glm::dvec3(1.0);
+  if (text == "grey" || text == "gray") return glm::dvec3(0.5);
+  if (const auto color = colorFromHex(text)) return color;
   throw Error(ErrorCode::Config, "look key 'background' is '" + text +
                                      "'; choices: black, white, grey, transparent, #rrggbb");
 }

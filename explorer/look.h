@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <nlohmann/json_fwd.hpp>
@@ -17,7 +18,8 @@
 
 namespace vestige {
 
-enum class Shading { None, Phong };
+/// Auto: phong for isosurfaces, else none.
+enum class Shading { Auto, None, Phong };
 /// Which proxy recomposes the picture at a stored view (method §2 "opacity change").
 enum class Via { Auto, Length, Attenuation };
 /// How the pieces of a ray are put in order: by mean depth, or by the runs that the stored counts,
@@ -67,6 +69,19 @@ struct Rotation {
   bool isZero() const { return azimuth == 0.0 && elevation == 0.0 && roll == 0.0; }
 };
 
+/// What the picture's frame holds. Auto: what the stored one holds, widened as far as a turn or a
+/// scale needs so that no more of the domain is cut off. Stored: the stored frame, whatever is cut
+/// off. Fit: the domain, or what the clip box leaves of it. Orbit: the same from all azimuths.
+enum class Frame { Auto, Stored, Fit, Orbit };
+
+/// A surface of equal value. Its colour is "#rrggbb", "map" (the colour map's at its value), or
+/// empty for one of its own (surface_palette.h).
+struct SurfaceLook {
+  double value = 0.0, opacity = 1.0;
+  std::string color{};
+  friend bool operator==(const SurfaceLook&, const SurfaceLook&) = default;
+};
+
 /// Blinn-Phong weights.
 struct Material {
   double ambient = 0.3, diffuse = 0.7, specular = 0.25, shininess = 32.0;
@@ -108,9 +123,16 @@ struct Look {
   std::optional<ImageSize> size;  ///< empty: as stored
   Rotation rotate;
   Draw draw = Draw::Volume;
-  std::vector<OpacityPoint> isosurfaces;  ///< at most 8; empty: opaque, at the peaks of opacity
-  std::optional<glm::dvec4> slice;  ///< dot(slice.xyz, x) = slice.w; empty: through the middle
-  std::optional<Box> clip;          ///< world; what is outside is not drawn
+  std::vector<SurfaceLook> isosurfaces;  ///< at most 8; empty: opaque, at the peaks of opacity
+  std::optional<glm::dvec4> slice;       ///< dot(slice.xyz, x) = slice.w; empty: through the middle
+  std::optional<Box> clip;               ///< world; what is outside is not drawn
+
+  Frame frame = Frame::Auto;
+  std::vector<Rotation> frameFor;    ///< one frame that holds all of these, in place of `rotate`
+  double zoom = 1.0;                 ///< of the frame, about its middle
+  glm::dvec2 pan{0.0};               ///< moves what is seen right and up, in heights of the picture
+  std::optional<glm::dvec3> center;  ///< world: in the middle of the picture, and turned about
+  glm::dvec3 scale{1.0};  ///< stretches the world's axes; equal factors change nothing (stretch.h)
 
   std::optional<std::vector<OpacityPoint>> opacity;  ///< empty: the run's base
   std::optional<double> referenceLength;
@@ -125,9 +147,9 @@ struct Look {
   Coloring color = Coloring::Function;
   Via via = Via::Auto;
   Order order = Order::Auto;
-  Shading shading = Shading::None;
+  Shading shading = Shading::Auto;
   NormalSource normals = NormalSource::Stored;
-  std::vector<Light> lights;  ///< empty: one at 30, 30
+  std::vector<Light> lights;  ///< empty: one at 30, 30; under Shading::Auto at 15, 15
   Material material;
   AmbientOcclusion ao;
   Enhancement enhance;
@@ -135,6 +157,11 @@ struct Look {
   Annotations annotations;
   std::optional<glm::dvec3> background = glm::dvec3(0.0);  ///< sRGB; empty: transparent
 
+  bool isLit() const {
+    return shading == Shading::Phong || (shading == Shading::Auto && draw == Draw::Isosurface);
+  }
+  /// Whether the axes have other proportions than the world's.
+  bool isStretched() const { return scale.x != scale.y || scale.y != scale.z; }
   /// Whether its customisation changes anything.
   bool isCustomized() const { return customization && !customization->isNeutral(); }
   /// Whether only a grid can show it.
@@ -150,6 +177,8 @@ Look lookFromJson(const nlohmann::json& json);
 /// The same from a file's text; a syntax error is Config with line and column.
 Look lookFromText(const std::string& text);
 
+/// sRGB of "#rrggbb"; nothing for any other text.
+std::optional<glm::dvec3> colorFromHex(const std::string& text);
 /// "black", "white", "grey", "transparent" or "#rrggbb"; throws Config.
 std::optional<glm::dvec3> backgroundFromText(const std::string& text);
 std::string textFromBackground(const std::optional<glm::dvec3>& background);

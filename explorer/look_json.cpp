@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -14,7 +15,10 @@ using nlohmann::json;
 template <typename Enum>
 using Names = std::vector<std::pair<const char*, Enum>>;
 
-const Names<Shading> kShadings{{"none", Shading::None}, {"phong", Shading::Phong}};
+const Names<Shading> kShadings{
+    {"auto", Shading::Auto}, {"none", Shading::None}, {"phong", Shading::Phong}};
+const Names<Frame> kFrames{
+    {"auto", Frame::Auto}, {"stored", Frame::Stored}, {"fit", Frame::Fit}, {"orbit", Frame::Orbit}};
 const Names<Coloring> kColorings{{"function", Coloring::Function}, {"learned", Coloring::Learned}};
 const Names<Via> kVias{
     {"auto", Via::Auto}, {"length", Via::Length}, {"attenuation", Via::Attenuation}};
@@ -94,9 +98,56 @@ std::optional<std::vector<OpacityPoint>> readPoints(JsonObject& object, const ch
   return result;
 }
 
+/// A list of [value, opacity] and of {"value", "opacity", "color"}.
+void readSurfaces(JsonObject& object, Look& look) {
+  const json* surfaces = object.find("isosurfaces");
+  if (!surfaces) return;
+  if (!surfaces->is_array()) object.fail("isosurfaces", "must be a list of surfaces");
+  for (std::size_t i = 0; i < surfaces->size(); ++i) {
+    const json& entry = (*surfaces)[i];
+    SurfaceLook& surface = look.isosurfaces.emplace_back();
+    if (entry.is_object()) {
+      JsonObject keys(entry, "isosurfaces[" + std::to_string(i) + "]");
+      if (!keys.find("value")) keys.fail("value", "is missing");
+      keys.read("value", surface.value);
+      keys.read("opacity", surface.opacity);
+      keys.read("color", surface.color);
+      keys.finish();
+    } else if (entry.is_array() && entry.size() == 2 && entry[0].is_number() &&
+               entry[1].is_number()) {
+      surface.value = entry[0].get<double>();
+      surface.opacity = entry[1].get<double>();
+    } else {
+      object.fail("isosurfaces", "holds " + entry.dump() +
+                                     ", neither a [value, opacity] pair nor an object with value");
+    }
+  }
+}
+
+void readFraming(JsonObject& object, Look& look) {
+  object.readName("frame", kFrames, look.frame);
+  if (const json* rotations = object.find("frameFor")) {
+    for (const json& entry : rotations->is_array() ? *rotations : json::array({nullptr})) {
+      if (!entry.is_array() || entry.size() != 3 ||
+          !std::all_of(entry.begin(), entry.end(), [](const json& v) { return v.is_number(); })) {
+        object.fail("frameFor", "must be a list of [azimuth, elevation, roll]");
+      }
+      look.frameFor.push_back({entry[0], entry[1], entry[2]});
+    }
+  }
+  object.read("zoom", look.zoom);
+  std::vector<double> pan, center, scale;
+  readFixed(object, "pan", 2, pan);
+  if (!pan.empty()) look.pan = {pan[0], pan[1]};
+  readFixed(object, "center", 3, center);
+  if (!center.empty()) look.center = glm::dvec3(center[0], center[1], center[2]);
+  readFixed(object, "scale", 3, scale);
+  if (!scale.empty()) look.scale = {scale[0], scale[1], scale[2]};
+}
+
 void readGrid(JsonObject& object, Look& look) {
   object.readName("draw", kDraws, look.draw);
-  look.isosurfaces = readPoints(object, "isosurfaces").value_or(std::vector<OpacityPoint>{});
+  readSurfaces(object, look);
   std::vector<double> slice, clip;
   readFixed(object, "slice", 4, slice);
   if (!slice.empty()) look.slice = glm::dvec4(slice[0], slice[1], slice[2], slice[3]);
@@ -206,6 +257,17 @@ json jsonFromFunction(const Look& look) {
   return result;
 }
 
+/// What differs from the stored frame.
+void putFraming(const Look& look, json& result) {
+  if (look.frame != Frame::Auto) result["frame"] = nameOf(kFrames, look.frame);
+  for (const Rotation& rotation : look.frameFor)
+    result["frameFor"].push_back({rotation.azimuth, rotation.elevation, rotation.roll});
+  if (look.zoom != 1.0) result["zoom"] = look.zoom;
+  if (look.pan != glm::dvec2(0.0)) result["pan"] = {look.pan.x, look.pan.y};
+  if (look.center) result["center"] = {look.center->x, look.center->y, look.center->z};
+  if (look.scale != glm::dvec3(1.0)) result["scale"] = {look.scale.x, look.scale.y, look.scale.z};
+}
+
 }  // namespace
 
 json toJson(const Look& look) {
@@ -216,10 +278,13 @@ json toJson(const Look& look) {
   if (!look.view.empty()) result["view"] = look.view;
   if (look.size) result["size"] = {look.size->width, look.size->height};
   result["rotate"] = {look.rotate.azimuth, look.rotate.elevation, look.rotate.roll};
+  putFraming(look, result);
   result["source"] = nameOf(kSources, look.source);
   if (look.draw != Draw::Volume) result["draw"] = nameOf(kDraws, look.draw);
-  for (const OpacityPoint& point : look.isosurfaces) {
-    result["isosurfaces"].push_back({point.value, point.opacity});
+  for (const SurfaceLook& surface : look.isosurfaces) {
+    json& entry = result["isosurfaces"].emplace_back();
+    entry = {{"value", surface.value}, {"opacity", surface.opacity}};
+    if (!surface.color.empty()) entry["color"] = surface.color;
   }
   if (look.slice) result["slice"] = {look.slice->x, look.slice->y, look.slice->z, look.slice->w};
   if (look.clip) {
@@ -264,6 +329,7 @@ Look lookFromJson(const json& source) {
   Look look;
   JsonObject object(source, "");
   readStep(object, look);
+  readFraming(object, look);
   readGrid(object, look);
   readFunction(object, look);
   readClassifier(object, look);

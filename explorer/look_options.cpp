@@ -34,6 +34,31 @@ ImageSize sizeFromText(const std::string& text) {
   return {width, height};
 }
 
+/// VALUE[:opacity=O,color=C].
+nlohmann::json surfaceFromText(const std::string& text) {
+  const auto number = [&](const std::string& piece) {
+    return numbersFromText("--isosurface", piece, 1, 1).front();
+  };
+  const std::size_t colon = text.find(':');
+  nlohmann::json surface{{"value", number(text.substr(0, colon))}};
+  std::stringstream pieces(colon == std::string::npos ? "" : text.substr(colon + 1));
+  for (std::string piece; std::getline(pieces, piece, ',');) {
+    const std::size_t equals = piece.find('=');
+    const std::string key = piece.substr(0, equals);
+    const std::string value = equals == std::string::npos ? "" : piece.substr(equals + 1);
+    if (key == "opacity") {
+      surface["opacity"] = number(value);
+    } else if (key == "color") {
+      surface["color"] = value;
+    } else {
+      throw Error(ErrorCode::Config, "--isosurface '" + text + "': '" + piece +
+                                         "' is none of opacity=, color=; such as "
+                                         "'300:opacity=0.8,color=#f3ead8'");
+    }
+  }
+  return surface;
+}
+
 nlohmann::json featureFromText(const std::string& text) {
   const auto fail = [&](const std::string& why) {
     throw Error(ErrorCode::Config, "--feature '" + text + "': " + why +
@@ -102,13 +127,30 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
   command.add_option("--view", view_, "Stored view (default: the first)");
   command.add_option("--rotate", rotate_, "Orbit by AZ,EL[,ROLL] degrees");
   command.add_option("--size", size_, "Picture size WxH (default: as stored)");
+  auto* frame = command.add_option(
+      "--frame", frame_,
+      "auto: the stored frame, widened where a turn needs it; stored; fit; orbit: fit from all "
+      "azimuths");
+  command.add_flag("--fit", fit_, "Fit the domain, or its clip box, into the picture")
+      ->excludes(frame);
+  command.add_option("--zoom", zoom_, "Enlarge by this factor about the picture's middle");
+  command.add_option("--pan", pan_,
+                     "Move what is seen by X,Y heights of the picture, right and up");
+  command.add_option("--center", center_, "X,Y,Z in the world: the picture's middle, turned about");
+  command.add_option("--scale", scale_,
+                     "Stretch the axes by X,Y,Z; 1,1,50 exaggerates heights 50 times");
   command.add_option(
       "--source", source_,
       "auto, volume, layers, mip, reference, layered, field, sliced, virtual; of "
       "multi-perspective views layers undistorts surfaces, virtual casts rays through "
       "the intervals, volume shows the picture as stored");
   command.add_option("--draw", draw_, "Of fields and stacks: volume, isosurface, mip, slice");
-  command.add_option("--isosurfaces", isosurfaces_, "Surfaces of equal value 'v:o,v:o,...'");
+  command.add_option("--isosurfaces", isosurfaces_,
+                     "Surfaces of equal value and their opacities 'v:o,v:o,...'");
+  command
+      .add_option("--isosurface", surfaces_,
+                  "One more: 'VALUE[:opacity=O,color=#rrggbb]', or color=map; may be repeated")
+      ->allow_extra_args(false);
   command.add_option("--slice", slice_, "Plane NX,NY,NZ,D: the points with n . x = D");
   command.add_option("--clip", clip_, "Draw only X0,Y0,Z0,X1,Y1,Z1 in world units");
   command.add_option("--opacity", opacity_, "Opacity per reference length 'v:o,v:o,...'");
@@ -131,7 +173,7 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
   command.add_option("--seeds", seeds_, "Draw its seeds: none, value, identity");
   command.add_option("--light", lights_, "Light from AZ,EL[,INTENSITY]; may be repeated")
       ->allow_extra_args(false);
-  command.add_option("--shading", shading_, "none, phong");
+  command.add_option("--shading", shading_, "auto (isosurfaces are lit), none, phong");
   command.add_option("--normals", normals_, "stored, depth");
   command.add_flag("--ao", ao_, "Proxy ambient occlusion");
   command.add_option("--ao-radius", aoRadius_, "Its radius, a fraction of the domain's diagonal");
@@ -172,12 +214,16 @@ Look LookOptions::look() const {
   text("--view", "view", view_);
   text("--source", "source", source_);
   text("--draw", "draw", draw_);
-  if (given("--isosurfaces")) {
+  if (given("--isosurfaces") || given("--isosurface")) {
     json["isosurfaces"] = nlohmann::json::array();
+    for (const std::string& surface : surfaces_)
+      json["isosurfaces"].push_back(surfaceFromText(surface));
+    if (!given("--draw")) json["draw"] = "isosurface";
+  }
+  if (given("--isosurfaces")) {
     for (const OpacityPoint& point : opacityFromText(isosurfaces_)) {
       json["isosurfaces"].push_back({point.value, point.opacity});
     }
-    if (!given("--draw")) json["draw"] = "isosurface";
   }
   if (given("--slice")) {
     json["slice"] = numbersFromText("--slice", slice_, 4, 4);
@@ -198,6 +244,13 @@ Look LookOptions::look() const {
     angles.resize(3, 0.0);
     json["rotate"] = angles;
   }
+  if (given("--rotate") || given("--frame") || fit_) json.erase("frameFor");
+  text("--frame", "frame", frame_);
+  if (fit_) json["frame"] = "fit";
+  if (given("--zoom")) json["zoom"] = zoom_;
+  if (given("--pan")) json["pan"] = numbersFromText("--pan", pan_, 2, 2);
+  if (given("--center")) json["center"] = numbersFromText("--center", center_, 3, 3);
+  if (given("--scale")) json["scale"] = numbersFromText("--scale", scale_, 3, 3);
   if (given("--size")) {
     const ImageSize size = sizeFromText(size_);
     json["size"] = {size.width, size.height};
@@ -234,12 +287,12 @@ Look LookOptions::look() const {
                                 {"elevation", numbers[1]},
                                 {"intensity", numbers.size() > 2 ? numbers[2] : 1.0}});
     }
-    // A light that is asked for shall be seen.
+    // What is asked for shall be seen.
     if (!given("--shading")) json["shading"] = "phong";
   }
-  if (ao_) json["ao"]["on"] = true;
+  if (ao_ || given("--ao-radius")) json["ao"]["on"] = true;
   if (given("--ao-radius")) json["ao"]["radius"] = aoRadius_;
-  if (enhance_) json["enhance"]["on"] = true;
+  if (enhance_ || given("--enhance-lambda")) json["enhance"]["on"] = true;
   if (given("--enhance-lambda")) json["enhance"]["lambda"] = enhanceLambda_;
   if (trust_) json["trust"] = true;
   if (colorbar_) json["annotations"]["colorbar"] = true;
@@ -253,6 +306,11 @@ Look LookOptions::look() const {
     writeDurably(saveLook_, std::as_bytes(std::span(saved)));
   }
   return look;
+}
+
+void printWarnings(const std::vector<Warning>& warnings) {
+  for (const Warning& each : warnings)
+    std::fprintf(stderr, "vestige-explorer: warning: %s\n", each.text.c_str());
 }
 
 ProgressBar::ProgressBar(const char* label) : label_(label), terminal_(isatty(STDERR_FILENO)) {}

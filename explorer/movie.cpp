@@ -58,6 +58,36 @@ std::vector<std::byte> rgbOf(const Picture& picture) {
   return rgb;
 }
 
+/// The warnings of frames, each kind in the words of the first.
+class MovieWarnings {
+ public:
+  explicit MovieWarnings(int frames) : frames_(frames) {}
+  void add(const std::vector<Warning>& warnings) {
+    for (const Warning& each : warnings) {
+      const auto same = std::find_if(found_.begin(), found_.end(),
+                                     [&](const auto& of) { return of.first.key == each.key; });
+      if (same == found_.end()) {
+        found_.emplace_back(each, 1);
+      } else {
+        ++same->second;
+      }
+    }
+  }
+  std::vector<Warning> all() const {
+    std::vector<Warning> result;
+    for (const auto& [warning, count] : found_) {
+      result.push_back({warning.key, count == frames_ ? warning.text
+                                                      : fmt::format("{} (in {} of {} frames)",
+                                                                    warning.text, count, frames_)});
+    }
+    return result;
+  }
+
+ private:
+  int frames_;
+  std::vector<std::pair<Warning, int>> found_;
+};
+
 }  // namespace
 
 std::vector<Look> looksOverTime(const Look& look, const Archive& archive) {
@@ -80,6 +110,7 @@ std::vector<Look> looksOfTurn(const Look& look, double degrees, int frames) {
                 fmt::format("a turn of {:g} degrees: it must be finite and not 0", degrees));
   }
   std::vector<Look> looks;
+  std::vector<Rotation> rotations;
   for (int i = 0; i < frames; ++i) {
     const double phase = double(i) / frames;
     const double azimuth = std::abs(degrees) >= 360.0
@@ -89,13 +120,16 @@ std::vector<Look> looksOfTurn(const Look& look, double degrees, int frames) {
     looks.back().rotate.azimuth = std::remainder(look.rotate.azimuth + azimuth, 360.0);
     // What draws turned views draws the one between as well: else a frame would stand out.
     if (looks.back().rotate.isZero()) looks.back().rotate.azimuth = 1e-6;
+    rotations.push_back(looks.back().rotate);
   }
+  // One frame for all, so that nothing pulsates.
+  for (Look& each : looks) each.frameFor = rotations;
   return looks;
 }
 
-void writeMovie(const std::filesystem::path& path, Renderer& renderer,
-                const std::vector<Look>& looks, double framesPerSecond,
-                const std::function<void(int, int)>& progress) {
+std::vector<Warning> writeMovie(const std::filesystem::path& path, Renderer& renderer,
+                                const std::vector<Look>& looks, double framesPerSecond,
+                                const std::function<void(int, int)>& progress) {
   if (looks.empty()) throw Error(ErrorCode::NotFound, "a movie needs at least one step");
   if (!(framesPerSecond >= 0.1 && framesPerSecond <= 240.0)) {
     throw Error(
@@ -105,6 +139,7 @@ void writeMovie(const std::filesystem::path& path, Renderer& renderer,
   const int total = int(looks.size());
   if (progress) progress(0, total);
   Rendered first = renderer.render(looks.front());
+  MovieWarnings warnings(total);
   const ImageSize size = first.picture.size;
   // Beside its place until it is whole, so that a failure leaves an earlier movie alone; ffmpeg
   // goes by the extension.
@@ -113,8 +148,9 @@ void writeMovie(const std::filesystem::path& path, Renderer& renderer,
   try {
     Subprocess encoder(encoderArguments(unfinished, size, framesPerSecond));
     for (int i = 0; i < total; ++i) {
-      Picture picture =
-          i == 0 ? std::move(first.picture) : renderer.render(looks[std::size_t(i)]).picture;
+      Rendered rendered = i == 0 ? std::move(first) : renderer.render(looks[std::size_t(i)]);
+      warnings.add(rendered.warnings);
+      Picture picture = std::move(rendered.picture);
       if (picture.size != size) picture = fitted(picture, size);
       placeOver(picture, glm::dvec3(0.0));
       encoder.write(rgbOf(picture));
@@ -127,6 +163,7 @@ void writeMovie(const std::filesystem::path& path, Renderer& renderer,
     std::filesystem::remove(unfinished, ignored);
     throw;
   }
+  return warnings.all();
 }
 
 }  // namespace vestige

@@ -44,12 +44,14 @@ struct Taps {
   std::vector<float> weights;
 };
 
-std::vector<Taps> axisTaps(int source, int target) {
+/// Of the source's [from, to], its own ends repeated by no more than half a sample.
+std::vector<Taps> axisTaps(int source, int target, double from, double to) {
   std::vector<Taps> taps(static_cast<std::size_t>(target));
-  const double scale = double(source) / double(target);
+  const double scale = (to - from) / double(target);
   const double radius = std::max(1.0, scale);  // a tent as wide as the coarser of the two grids
   for (int i = 0; i < target; ++i) {
-    const double center = (i + 0.5) * scale - 0.5;
+    const double center = from + (i + 0.5) * scale - 0.5;
+    if (center < -0.5 - 1e-9 || center > source - 0.5 + 1e-9) continue;
     const int first = int(std::ceil(center - radius)), last = int(std::floor(center + radius));
     Taps& tap = taps[std::size_t(i)];
     tap.first = std::clamp(first, 0, source - 1);
@@ -64,9 +66,9 @@ std::vector<Taps> axisTaps(int source, int target) {
   return taps;
 }
 
-Picture resampled(const Picture& picture, ImageSize size) {
-  const auto across = axisTaps(picture.size.width, size.width);
-  const auto down = axisTaps(picture.size.height, size.height);
+Picture resampled(const Picture& picture, glm::dvec2 low, glm::dvec2 high, ImageSize size) {
+  const auto across = axisTaps(picture.size.width, size.width, low.x, high.x);
+  const auto down = axisTaps(picture.size.height, size.height, low.y, high.y);
   Picture wide = Picture::blank({size.width, picture.size.height});
   parallelRanges(wide.size.height, [&](int begin, int end) {
     for (int y = begin; y < end; ++y) {
@@ -168,7 +170,8 @@ Picture fitted(const Picture& picture, ImageSize size, double pixelAspect) {
   const double scale = std::min(size.width / width, size.height / height);
   const ImageSize inner{std::clamp(int(std::lround(width * scale)), 1, size.width),
                         std::clamp(int(std::lround(height * scale)), 1, size.height)};
-  Picture small = resampled(picture, inner);
+  Picture small =
+      resampled(picture, glm::dvec2(0.0), {picture.size.width, picture.size.height}, inner);
   if (inner == size) return small;
   Picture result = Picture::blank(size);
   const int x0 = (size.width - inner.width) / 2, y0 = (size.height - inner.height) / 2;
@@ -176,6 +179,10 @@ Picture fitted(const Picture& picture, ImageSize size, double pixelAspect) {
     std::copy_n(small.pixel(0, y), 4 * std::size_t(inner.width), result.pixel(x0, y + y0));
   }
   return result;
+}
+
+Picture windowed(const Picture& picture, glm::dvec2 low, glm::dvec2 high, ImageSize size) {
+  return resampled(picture, low, high, size);
 }
 
 Raster rasterFromPicture(const Picture& picture) {

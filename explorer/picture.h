@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <string>
 #include <vector>
@@ -30,6 +31,10 @@ void placeOver(Picture& front, glm::dvec3 backgroundLinear);
 /// centred, keeping its shape; area-averaged when it shrinks, bilinear when it grows; what is left
 /// over is transparent.
 Picture fitted(const Picture& picture, ImageSize size, double pixelAspect = 1.0);
+
+/// The part of a picture from `low` to `high`, in its pixels, as a picture of `size`; bilinear
+/// where it grows, area-averaged where it shrinks; what lies beyond the picture is transparent.
+Picture windowed(const Picture& picture, glm::dvec2 low, glm::dvec2 high, ImageSize size);
 
 /// 8-bit sRGB, alpha no longer premultiplied; and back.
 Raster rasterFromPicture(const Picture& picture);

@@ -8,8 +8,11 @@
 
 #include "explorer/annotate.h"
 #include "explorer/draw_seeds.h"
+#include "explorer/look_warnings.h"
 #include "explorer/renderer_impl.h"
 #include "explorer/stack_pieces.h"
+#include "explorer/surface_palette.h"
+#include "explorer/ticks.h"
 #include "proxy/error.h"
 
 namespace vestige {
@@ -44,7 +47,7 @@ std::unique_ptr<Classifier> classifierOf(const Look& look) {
 /// Whether a look's classifier is a function of one value, which any proxy can be drawn with.
 /// Light on surfaces of a density (Drebin et al.) is more than that.
 bool isTransferFunction(const Classifier& classifier, const Look& look) {
-  const bool lit = look.shading == Shading::Phong && !classifier.densities().empty();
+  const bool lit = look.isLit() && !classifier.densities().empty();
   return classifier.fields().size() == 1 && !classifier.needsGradient() && !classifier.maximum() &&
          !lit;
 }
@@ -113,13 +116,6 @@ TransferFunction functionOf(const Look& look, const ProxyHeader& header,
     function.setFactors(look.factors);
   }
   return function;
-}
-
-Camera fittedCamera(Camera camera, ImageSize from, ImageSize to) {
-  const double grow = std::max(1.0, from.aspect() / to.aspect());
-  camera.viewHeight *= grow;
-  if (grow > 1.0) camera.fieldOfView = 2.0 * std::atan(grow * std::tan(0.5 * camera.fieldOfView));
-  return camera;
 }
 
 long cycleOf(const Look& look, const Archive& archive) {
@@ -196,7 +192,6 @@ void Renderer::Impl::answer(const Look& look, long cycle, const std::string& fie
       functionOf(look, header, grid ? &*header.partition : view.partition());
   const ProxyHeader& viewed = (fromField ? base : view).header();
   const ImageSize viewSize = squarePixels(viewed.size, viewed.camera.pixelAspect);
-  if (grid || fromField) out.camera.pixelAspect = 1.0;
   if (learns) {
     drawLearned(look, view, function, out);
   } else if (own) {
@@ -219,21 +214,90 @@ void Renderer::Impl::answer(const Look& look, long cycle, const std::string& fie
   finish(look, header, viewSize, nullptr, out, classifier->features());
 }
 
+namespace {
+
+/// The features that can be seen, or the surfaces that have colours of their own.
+std::vector<LegendEntry> legendOf(const Look& look, const ProxyHeader& header,
+                                  const TransferFunction* function,
+                                  std::span<const Feature> features) {
+  std::vector<LegendEntry> legend;
+  for (const Feature& feature : features) {
+    if (feature.enabled && feature.opacity > 0.0) legend.push_back({feature.name, feature.color});
+  }
+  if (look.draw != Draw::Isosurface || !function) return legend;
+  const bool mapped = std::all_of(look.isosurfaces.begin(), look.isosurfaces.end(),
+                                  [](const SurfaceLook& each) { return each.color == "map"; });
+  if (mapped && !look.isosurfaces.empty()) return legend;
+  for (const Isosurface& surface : surfacesOf(look, *function)) {
+    legend.push_back({numberText(surface.value) + (header.units.empty() ? "" : " " + header.units),
+                      surface.color, surface.opacity});
+  }
+  return legend;
+}
+
+/// Of what the look asks for in vain; of an empty picture where nothing else tells why.
+void warn(const Look& look, const ProxyHeader& header, const TransferFunction* function,
+          Rendered& out) {
+  auto& warnings = out.warnings;
+  for (const Warning& each : keysInVain(look, out.answer)) warnings.push_back(each);
+  for (const Warning& each :
+       valuesOutside(look, out.answer, header, function, out.camera, out.picture.size)) {
+    const bool known = std::any_of(warnings.begin(), warnings.end(),
+                                   [&](const Warning& other) { return other.key == each.key; });
+    if (!known) warnings.push_back(each);
+  }
+  if (!warnings.empty()) return;
+  const auto& rgba = out.picture.rgba;
+  for (std::size_t i = 3; i < rgba.size(); i += 4)
+    if (rgba[i] > 0.0f) return;
+  warnings.push_back(nothingSeen(header, function));
+}
+
+/// The step that answers a time outside of all.
+void warnOfTime(const Look& look, const Archive& archive, long cycle, Rendered& out) {
+  const std::vector<long> cycles = archive.cycles();
+  const auto time = [&](long of) { return archive.timeOf(of); };
+  const auto [first, last] = std::minmax_element(cycles.begin(), cycles.end(),
+                                                 [&](long a, long b) { return time(a) < time(b); });
+  if (!look.time || (*look.time >= time(*first) && *look.time <= time(*last))) return;
+  out.warnings.push_back({"time", "no step is stored at time " + numberText(*look.time) +
+                                      ", only " + numberText(time(*first)) + " .. " +
+                                      numberText(time(*last)) + ": cycle " + std::to_string(cycle) +
+                                      " answers"});
+}
+
+/// The part of a stored picture that the camera shows, in square pixels of the look's size.
+void takeWindow(const Look& look, const ProxyHeader& header, ImageSize viewSize, Rendered& out) {
+  const bool asStored = out.camera == header.camera;
+  const double pixelAspect = std::exchange(out.camera.pixelAspect, 1.0);
+  const ImageSize size = look.size.value_or(viewSize);
+  out.camera = fittedCamera(out.camera, viewSize, size);
+  const auto window =
+      asStored ? std::nullopt : windowOf(header.camera, out.picture.size, out.camera, size);
+  out.picture = window ? windowed(out.picture, window->low, window->high, size)
+                       : fitted(out.picture, size, pixelAspect);
+}
+
+}  // namespace
+
 void Renderer::Impl::finish(const Look& look, const ProxyHeader& header, ImageSize viewSize,
                             const TransferFunction* function, Rendered& out,
-                            std::span<const Feature> legend) const {
+                            std::span<const Feature> shown) const {
   if (!out.trust.empty()) {
     out.shares = sharesOf(out.trust, out.picture);
     overlayTrust(out.picture, out.trust);
   } else if (look.trust) {
     out.trust.assign(out.picture.size.pixels(), Trust::Data);
   }
-  const double pixelAspect = std::exchange(out.camera.pixelAspect, 1.0);
-  const ImageSize size = look.size.value_or(squarePixels(out.picture.size, pixelAspect));
-  out.picture = fitted(out.picture, size, pixelAspect);
-  out.camera = fittedCamera(out.camera, viewSize, size);
-  const AnnotationSubject subject{out.camera,   header.domain, function,     header.field,
-                                  header.units, header.time,   header.cycle, legend};
+  const Stretch stretch(look.scale, header.domain);
+  out.worldFromScene = stretch.worldFromScene();
+  if (!out.cast) takeWindow(look, header, viewSize, out);
+  const ImageSize size = out.picture.size;
+  warn(look, header, function, out);
+  const AnnotationSubject subject{
+      out.camera,  header.domain, stretch,
+      function,    header.field,  header.units,
+      header.time, header.cycle,  legendOf(look, header, function, shown)};
   if (look.annotations.box) {
     Picture behind = Picture::blank(size);
     drawBoxEdges(behind, subject, true, inkOn(look.background));
@@ -244,8 +308,10 @@ void Renderer::Impl::finish(const Look& look, const ProxyHeader& header, ImageSi
   if (look.customization && look.annotations.seeds != Seeds::None) {
     std::optional<glm::dvec4> plane;
     const glm::dvec3 ahead = out.camera.forward;
-    if (look.draw == Draw::Slice)
-      plane = look.slice.value_or(glm::dvec4(ahead, glm::dot(ahead, header.domain.center())));
+    if (look.draw == Draw::Slice) {
+      plane = look.slice ? stretch.plane(*look.slice)
+                         : glm::dvec4(ahead, glm::dot(ahead, header.domain.center()));
+    }
     drawSeeds(out.picture, look.annotations.seeds, *look.customization, subject, plane);
   }
   annotate(out.picture, look.annotations, subject, look.background);
@@ -258,6 +324,7 @@ Rendered Renderer::render(const Look& look) {
   Rendered out;
   const long cycle = cycleOf(look, archive);
   const std::unique_ptr<Classifier> classifier = classifierOf(look);
+  warnOfTime(look, archive, cycle, out);
   self.device->run([&] {
     if (const auto features = self.featuresOf(look, classifier.get(), cycle)) {
       if (look.isCustomized()) {

@@ -14,13 +14,42 @@
 
 namespace vestige {
 
+/// What of a look changes nothing or shows nothing, and why: `key` of the look, a sentence.
+struct Warning {
+  std::string key, text;
+  friend bool operator==(const Warning&, const Warning&) = default;
+};
+
+/// What a picture was made of. Grid: a field or stacks, drawn as the look's `draw` says;
+/// PlainLayers: depth layers without intervals, each of one opacity; Stack: that of the stored
+/// view, recomposed.
+enum class Answer {
+  Lengths,
+  Attenuation,
+  Layers,
+  PlainLayers,
+  Virtual,
+  Stack,
+  Grid,
+  Mip,
+  Reference,
+  Layered,
+  Learned,
+  Features,
+  Classified
+};
+
 /// A picture and how it came about.
 struct Rendered {
-  Picture picture;           ///< annotated, over its background
-  Camera camera;             ///< of the picture
+  Picture picture;  ///< annotated, over its background
+  Camera camera;    ///< of the picture, in the scene of the look's scale (stretch.h)
+  glm::dmat4 worldFromScene{1.0};
+  bool cast = false;         ///< drawn for this camera; else a window of the stored view's pixels
   std::vector<float> depth;  ///< layers, grids: [pixel] planar Z of the nearest surface, else empty
   std::vector<Trust> trust;  ///< [pixel] before fitting to the look's size; empty unless asked for
   TrustShares shares;        ///< of `trust`
+  Answer answer = Answer::Lengths;
+  std::vector<Warning> warnings;   ///< each once
   std::vector<std::string> notes;  ///< which proxy answered and why, one sentence each
 };
 

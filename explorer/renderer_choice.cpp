@@ -19,7 +19,7 @@ std::string numberOf(double value) {
 }  // namespace
 
 bool isEdited(const Look& look, const ViewData& view) {
-  if (!look.classifier.empty() || look.isCustomized() || look.shading == Shading::Phong ||
+  if (!look.classifier.empty() || look.isCustomized() || look.isLit() ||
       look.ao.on || look.enhance.on) {
     return true;
   }
@@ -42,15 +42,35 @@ Camera Renderer::Impl::cameraOf(const Look& look, const ViewData& base) const {
                        look.source == Source::Mip || look.source == Source::Reference ||
                        (look.source == Source::Auto && !base.has(kind::kDepth) &&
                         !base.has(kind::kLength) && !base.has(kind::kField));
-  if (look.rotate.isZero() && !look.needsGrid() && picture) return header.camera;
-  const Camera camera = undistorted(header.camera, header.domain, header.size.aspect());
-  if (look.rotate.isZero()) return camera;
-  const auto radians = [](double degrees) { return degrees * std::numbers::pi / 180.0; };
-  Camera turned = camera.orbited(header.domain.center(), radians(look.rotate.azimuth),
-                                 radians(look.rotate.elevation), radians(look.rotate.roll));
-  // Only the pictures that are stored have any but square pixels.
-  turned.pixelAspect = 1.0;
-  return turned;
+  const bool asStored = look.rotate.isZero() && !look.needsGrid() && !look.isStretched() && picture;
+  const bool distorted = header.camera.projection == Projection::MultiPerspective;
+  if (asStored && distorted) {
+    if (look.frame == Frame::Fit || look.frame == Frame::Orbit || look.zoom != 1.0 ||
+        look.pan != glm::dvec2(0.0) || look.center) {
+      throw Error(ErrorCode::Config,
+                  "look keys 'frame', 'zoom', 'pan' and 'center' are not for the distorted picture "
+                  "that multi-perspective view '" +
+                      header.view + "' stores: take source layers, which undistorts it");
+    }
+    return header.camera;
+  }
+  const Camera camera =
+      asStored ? header.camera : undistorted(header.camera, header.domain, header.size.aspect());
+  return framedCamera(look, camera, squarePixels(header.size, header.camera.pixelAspect),
+                      header.domain);
+}
+
+bool Renderer::Impl::isStored(const Look& look, const ProxyHeader& header, const Camera& camera) {
+  if (camera == header.camera) return true;
+  return look.rotate.isZero() && !look.isStretched() &&
+         windowOf(header.camera, header.size, camera, header.size).has_value();
+}
+
+Camera Renderer::Impl::castCamera(ImageSize viewSize, ImageSize size, Rendered& out) {
+  out.camera.pixelAspect = 1.0;
+  out.camera = fittedCamera(out.camera, viewSize, size);
+  out.cast = true;
+  return out.camera;
 }
 
 bool Renderer::Impl::ownPictureAnswers(const Look& look, long cycle, const std::string& field,
@@ -59,14 +79,15 @@ bool Renderer::Impl::ownPictureAnswers(const Look& look, long cycle, const std::
       look.via != Via::Auto || look.order != Order::Auto) {
     return false;
   }
-  if (target != base.header().camera || !base.has(kind::kReference) ||
+  if (!isStored(look, base.header(), target) || !base.has(kind::kReference) ||
       base.isCustomized(kind::kReference) || isEdited(look, base)) {
     return false;
   }
   // A field is sharper where more pixels are asked for than the run drew.
   const ImageSize stored = squarePixels(base.header().size, base.header().camera.pixelAspect);
   const bool larger =
-      look.size && look.size->width > stored.width && look.size->height > stored.height;
+      target != base.header().camera ||
+      (look.size && look.size->width > stored.width && look.size->height > stored.height);
   return !larger || !archive->find(cycle, kFieldView, field, kind::kField);
 }
 
@@ -190,7 +211,7 @@ bool Renderer::Impl::fieldAnswers(const Look& look, long cycle, const std::strin
   }
   if (look.source != Source::Auto) return false;
   if (target.projection == Projection::MultiPerspective) return false;  // as stored, or not at all
-  const Asked asked{target != base.header().camera, isEdited(look, base)};
+  const Asked asked{!isStored(look, base.header(), target), isEdited(look, base)};
   const auto other = otherThanField(look, cycle, field, base, sliced, asked);
   if (grid && !there && !other) missing(key);
   if (!other) return there;
@@ -236,8 +257,8 @@ Renderer::Impl::Stacks Renderer::Impl::stacksAnswer(const Look& look, long cycle
                                          field + "'");
   }
   const bool flat = base.recomposes();
-  const bool stored = target == base.header().camera;
-  const bool lit = look.shading == Shading::Phong || look.ao.on;
+  const bool stored = isStored(look, base.header(), target);
+  const bool lit = look.isLit() || look.ao.on;
   if (look.needsGrid() || look.isCustomized()) return Stacks::Grid;
   if (stored && base.has(kind::kSliced)) {
     // Who asks for a way of recomposing lengths shall have it.

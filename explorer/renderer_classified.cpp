@@ -98,7 +98,7 @@ void Renderer::Impl::drawFeatures(const Look& look, FeatureSource& source,
   const std::shared_ptr<ViewData> base = views->get(cycle, viewName, name);
   const ProxyHeader& header = base->header();
   out.camera = cameraOf(look, *base);
-  const bool stored = out.camera == header.camera;
+  const bool stored = isStored(look, header, out.camera);
   const FeatureOrigin& origin = source.origin();
   const double referenceLength = look.referenceLength.value_or(origin.referenceLength);
   const auto own = (classifier ? *classifier : *origin.classifier)
@@ -110,13 +110,14 @@ void Renderer::Impl::drawFeatures(const Look& look, FeatureSource& source,
   camera.pixelAspect = 1.0;
   FeatureSource::Drawn drawn = source.draw(look, viewName, stored, own->optics(referenceLength),
                                            fittedCamera(camera, viewSize, size), size);
-  if (!drawn.stored) out.camera.pixelAspect = 1.0;
+  if (!drawn.stored) castCamera(viewSize, size, out);
   out.picture = std::move(drawn.picture);
   out.depth = std::move(drawn.depth);
   if (look.trust) {
     out.trust =
         drawn.stored ? trustFromDoubt(drawn.doubt) : trustFromStretch(drawn.guess, out.picture);
   }
+  out.answer = Answer::Features;
   out.notes.push_back(std::move(drawn.note));
   finish(look, header, viewSize, nullptr, out, own->features());
 }
@@ -130,8 +131,7 @@ void Renderer::Impl::drawClassified(const Look& look, const Classifier& classifi
   const ImageSize size = look.size.value_or(viewSize);
   const double referenceLength = look.referenceLength.value_or(
       header.base ? header.base->referenceLength() : header.domain.diagonal() / 100.0);
-  out.camera.pixelAspect = 1.0;
-  const Camera camera = fittedCamera(out.camera, viewSize, size);
+  const Camera camera = castCamera(viewSize, size, out);
   VolumeView view;
   std::optional<TransferFunction> function;
   const std::shared_ptr<ClassifiedSource> held = classifiedOf(cycle, classifier.fields());
@@ -147,6 +147,7 @@ void Renderer::Impl::drawClassified(const Look& look, const Classifier& classifi
   out.picture = std::move(view.picture);
   out.depth = std::move(view.depth);
   if (look.trust) out.trust = trustFromStretch(view.guess, out.picture);
+  out.answer = Answer::Classified;
   out.notes.push_back(source.note());
   finish(look, header, viewSize, function ? &*function : nullptr, out, resolved->features());
 }

@@ -70,14 +70,14 @@ std::shared_ptr<const CustomTextures> Renderer::Impl::customOf(const Look& look,
 
 std::optional<gl::Texture> Renderer::Impl::lightOf(const Look& look, ViewData& view,
                                                    const Rendered& out) {
-  if (look.shading != Shading::Phong && !look.ao.on) return std::nullopt;
+  if (!look.isLit() && !look.ao.on) return std::nullopt;
   const ProxyHeader& header = view.header();
-  return layer->light(view.layers(),
-                      lightSetup(look, header.camera, out.camera, header.domain.diagonal()));
+  return layer->light(view.layers(), lightSetup(look, header.camera, out.camera, header.domain));
 }
 
 void Renderer::Impl::drawVolume(const Look& look, ViewData& view, const TransferFunction& function,
                                 Via via, Rendered& out) {
+  out.answer = via == Via::Length ? Answer::Lengths : Answer::Attenuation;
   const PieceTextures& pieces = view.pieces(via, look.order);
   const ChannelTable table = tableOf(via, view, function);
   EditExtras extras;
@@ -126,6 +126,7 @@ void Renderer::Impl::drawLearned(const Look& look, ViewData& view, const Transfe
   }
   out.picture =
       learned->render(attenuation, source.size, table, enhancement ? &*enhancement : nullptr);
+  out.answer = Answer::Learned;
   out.notes.push_back("learned answers: " + learnedNote(header));
   // A model's word is not what is stored.
   if (look.trust) {
@@ -138,6 +139,7 @@ void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const Transfer
   const ProxyHeader& header = view.header();
   const LayerTextures& layers = view.layers();
   const gl::Texture colors = gpu::textureArray(GL_RGBA32F, layers.size, layers.count);
+  out.answer = view.recomposes() ? Answer::Layers : Answer::PlainLayers;
   if (view.recomposes()) {
     const Via via = viaOf(look, view, out);
     const ChannelTable table = tableOf(via, view, function);
@@ -171,17 +173,16 @@ void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const Transfer
         "value");
   }
   std::optional<gl::Texture> light;
-  if (look.shading == Shading::Phong || look.ao.on) {
-    light =
-        layer->light(layers, lightSetup(look, header.camera, out.camera, header.domain.diagonal()));
+  if (look.isLit() || look.ao.on) {
+    light = layer->light(layers, lightSetup(look, header.camera, out.camera, header.domain));
   }
   const std::shared_ptr<const CustomTextures> customizing = customOf(look, header, out);
   std::optional<gl::Texture> customized;
   if (customizing) customized = layer->customized(layers, colors, *customizing);
   const ImageSize size = look.size.value_or(layers.size);
-  WarpedView warped =
-      layer->warp(layers, customized ? *customized : colors, light ? &*light : nullptr,
-                  fittedCamera(out.camera, layers.size, size), size, look.trust);
+  WarpedView warped = layer->warp(layers, customized ? *customized : colors,
+                                  light ? &*light : nullptr, castCamera(layers.size, size, out),
+                                  size, look.trust, Stretch(look.scale, header.domain));
   out.picture = std::move(warped.picture);
   out.depth = std::move(warped.depth);
   if (look.trust) out.trust = trustFromStretch(warped.guess, out.picture);
@@ -190,16 +191,20 @@ void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const Transfer
 void Renderer::Impl::drawLayered(const Look& look, ViewData& view, Rendered& out) {
   const LayeredTextures& layers = view.layered();
   const ImageSize size = look.size.value_or(layers.size);
-  const std::shared_ptr<const CustomTextures> customizing = customOf(look, view.header(), out);
-  LayeredView drawn = layered->render(layers, fittedCamera(out.camera, layers.size, size), size,
-                                      look.trust, customizing.get());
+  const ProxyHeader& header = view.header();
+  const bool stored = out.camera == header.camera;
+  const std::shared_ptr<const CustomTextures> customizing = customOf(look, header, out);
+  LayeredView drawn =
+      layered->render(layers, castCamera(layers.size, size, out), size, look.trust,
+                      customizing.get(), Stretch(look.scale, header.domain));
   out.picture = std::move(drawn.picture);
+  out.answer = Answer::Layered;
   out.notes.push_back("layered answers: " + std::to_string(layers.layers) +
                       " piecewise-analytic layers; opacity, colour and light (" + layers.shading +
                       ") are baked in");
   noteCustomized(view, kind::kLayered, out);
   if (!look.trust) return;
-  if (out.camera == view.header().camera) {
+  if (stored) {
     out.trust.assign(size.pixels(), Trust::Data);
   } else {
     out.trust = trustFromStretch(drawn.guess, out.picture);
@@ -208,7 +213,7 @@ void Renderer::Impl::drawLayered(const Look& look, ViewData& view, Rendered& out
 
 void Renderer::Impl::drawVirtual(const Look& look, ViewData& view, const TransferFunction& function,
                                  Rendered& out) {
-  const char* const other = look.shading == Shading::Phong ? "shading"
+  const char* const other = look.isLit()                   ? "shading"
                             : look.ao.on                   ? "ao"
                             : look.enhance.on              ? "enhance"
                             : look.via == Via::Attenuation ? "via"
@@ -224,10 +229,13 @@ void Renderer::Impl::drawVirtual(const Look& look, ViewData& view, const Transfe
   }
   const ImageSize size = look.size.value_or(view.header().size);
   VirtualView drawn = virtualRays->render(view.sheets(), tableOf(Via::Length, view, function),
-                                          fittedCamera(out.camera, view.header().size, size), size);
+                                          castCamera(view.header().size, size, out), size,
+                                          VirtualPass::Lookup::Distorted,
+                                          Stretch(look.scale, view.header().domain));
   out.picture = std::move(drawn.picture);
   out.depth = std::move(drawn.depth);
   if (look.trust) out.trust = trustFromStretch(drawn.guess, out.picture);
+  out.answer = Answer::Virtual;
   out.notes.push_back(
       "virtual answers: rays are cast through the multi-perspective view '" + view.header().view +
       "'; each interval is added, once a ray, where it starts in the pixel that saw it");
@@ -239,11 +247,12 @@ void Renderer::Impl::drawField(const Look& look, ViewData& stored, ImageSize vie
   const IntervalPartition* partition = stored.partition();
   const ImageSize size = look.size.value_or(viewSize);
   FieldSource& source = stored.field();
-  VolumeView view = source.draw(look, functionOf(look, header, partition),
-                                fittedCamera(out.camera, viewSize, size), size);
+  VolumeView view =
+      source.draw(look, functionOf(look, header, partition), castCamera(viewSize, size, out), size);
   out.picture = std::move(view.picture);
   out.depth = std::move(view.depth);
   if (look.trust) out.trust = trustFromStretch(view.guess, out.picture);
+  out.answer = Answer::Grid;
   out.notes.push_back(source.note());
 }
 
@@ -261,6 +270,7 @@ void Renderer::Impl::drawStackPieces(const Look& look, ViewData& view,
   const FineChannels channels(*stack.header.partition);
   const PieceTextures& pieces = view.stackPieces(channels.parts(), Uncertain::Likely);
   const ChannelTable table = channels.table(function);
+  out.answer = Answer::Stack;
   out.notes.push_back("sliced answers: " + errorOfStack(stack.header, stack.levels));
   EditExtras extras;
   std::vector<int> layerOf;
@@ -299,10 +309,11 @@ void Renderer::Impl::drawStackGrid(const Look& look, StackSource& source,
                                    const TransferFunction& function, ImageSize viewSize,
                                    Rendered& out) {
   const ImageSize size = look.size.value_or(viewSize);
-  VolumeView view = source.draw(look, function, fittedCamera(out.camera, viewSize, size), size);
+  VolumeView view = source.draw(look, function, castCamera(viewSize, size, out), size);
   out.picture = std::move(view.picture);
   out.depth = std::move(view.depth);
   if (look.trust) out.trust = trustFromDoubt(view.doubt, view.guess);
+  out.answer = Answer::Grid;
   out.notes.push_back(source.note(out.camera));
 }
 
@@ -313,14 +324,14 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
       view.recomposes() || (view.has(kind::kAttenuation) &&
                             (look.source == Source::Volume || look.via == Via::Attenuation));
   const bool layers = view.has(kind::kDepth) || view.has(kind::kLength);
-  const bool stored = out.camera == view.header().camera;
+  const bool stored = isStored(look, view.header(), out.camera);
   Source source = look.source;
   if (source == Source::Auto) {
     const bool onlyLayered = view.has(kind::kLayered) && !layers;
     // Where depth is stored, undistorted layers are truer. Virtual rays have no surfaces to be lit.
     const bool rays = view.header().camera.projection == Projection::MultiPerspective &&
                       view.has(kind::kLength) && !view.has(kind::kDepth) &&
-                      look.via != Via::Attenuation && look.shading == Shading::None &&
+                      look.via != Via::Attenuation && !look.isLit() &&
                       !look.ao.on && !look.enhance.on;
     const bool places = look.isCustomized() && (layers || onlyLayered);
     source = places                       ? layers ? Source::Layers : Source::Layered
@@ -342,20 +353,15 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
   if (!stored && source != Source::Layers && source != Source::Layered &&
       source != Source::Virtual) {
     throw Error(ErrorCode::Config,
-                "look key 'source' must be auto, layers, layered or virtual for a rotated view: "
-                "only these can be seen from elsewhere");
+                std::string("look key 'source' must be auto, layers, layered or virtual for a ") +
+                    (look.isStretched() && look.rotate.isZero() ? "stretched" : "rotated") +
+                    " view: only these can be seen from elsewhere");
   }
   if ((source == Source::Volume && !volume) || (source == Source::Layers && !layers)) {
     throw Error(ErrorCode::NotFound,
                 "view '" + view.header().view + "' stores no " +
                     (source == Source::Volume ? "lengths or attenuation to recompose"
                                               : "depth layers or lengths to warp"));
-  }
-  if (look.source == Source::Auto && isEdited(look, view) &&
-      (source == Source::Reference || source == Source::Layered)) {
-    out.notes.push_back(
-        "the opacity, colour or light that the look asks for is not in this picture: nothing that "
-        "is stored of this view can be edited");
   }
   switch (source) {
     case Source::Volume:
@@ -372,6 +378,7 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
       return;
     case Source::Mip:
       out.picture = mipPicture(view.image(kind::kMip), function);
+      out.answer = Answer::Mip;
       out.notes.push_back("mip answers: the largest value along each ray, opacity plays no part");
       noteCustomized(view, kind::kMip, out);
       return;
@@ -383,6 +390,7 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
 
 void Renderer::Impl::drawReference(const ViewData& view, Rendered& out) {
   const ProxyImage image = view.image(kind::kReference);
+  out.answer = Answer::Reference;
   out.picture = referencePicture(image);
   out.camera.pixelAspect = image.header.camera.pixelAspect;
   out.notes.push_back(

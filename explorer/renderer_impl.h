@@ -7,6 +7,7 @@
 
 #include "explorer/classified_source.h"
 #include "explorer/feature_source.h"
+#include "explorer/framing.h"
 #include "explorer/learned_pass.h"
 #include "explorer/renderer.h"
 #include "explorer/stack_source.h"
@@ -38,15 +39,19 @@ struct Renderer::Impl {
   void answer(const Look& look, long cycle, const std::string& field,
               const std::shared_ptr<ViewData>& base, Rendered& out);
   /// Trust, size, annotations and background of a picture that is drawn. `viewSize`: what
-  /// out.camera was made for; `function`: for the colour bar, may be null; `legend`: of the
-  /// features, in its place.
+  /// out.camera was made for; `function`: for the colour bar, may be null; `shown`: features
+  /// for a legend in its place.
   void finish(const Look& look, const ProxyHeader& header, ImageSize viewSize,
               const TransferFunction* function, Rendered& out,
-              std::span<const Feature> legend = {}) const;
+              std::span<const Feature> shown = {}) const;
   /// The viewer of a look. Multi-perspective views are looked at without their distortion, so that
   /// nothing jumps when they are turned, unless the look asks for what is stored as it is, or
   /// nothing else is.
   Camera cameraOf(const Look& look, const ViewData& base) const;
+  /// Whether a camera of pictures of `viewSize` shows no more than the stored picture does.
+  static bool isStored(const Look& look, const ProxyHeader& header, const Camera& camera);
+  /// The camera to draw a picture of `size` with; it is the picture's from then on.
+  static Camera castCamera(ImageSize viewSize, ImageSize size, Rendered& out);
   /// The view that answers: of those that store what the look's source needs, the one that looks
   /// most nearly along the target's direction.
   std::shared_ptr<ViewData> sourceFor(const Look& look, long cycle, const std::string& field,
@@ -124,8 +129,6 @@ bool isEdited(const Look& look, const ViewData& view);
 /// The run's base transfer function with what the look changes, or its classifier of one value.
 TransferFunction functionOf(const Look& look, const ProxyHeader& header,
                             const IntervalPartition* partition);
-/// The camera whose picture of `to` shows all that it showed in a picture of `from`.
-Camera fittedCamera(Camera camera, ImageSize from, ImageSize to);
 Picture referencePicture(const ProxyImage& image);
 
 }  // namespace vestige

@@ -102,7 +102,7 @@ VolumeView StackSource::draw(const Look& look, const TransferFunction& function,
   VolumeView view =
       painter_.draw(grid_, clipped, function, &*header().partition, domain, camera, size);
   if (look.trust) {
-    const std::vector<float> unseen = this->unseen(camera, size);
+    const std::vector<float> unseen = this->unseen(camera, size, Stretch(look.scale, domain));
     for (std::size_t i = 0; i < unseen.size(); ++i) {
       view.guess[i] = std::max(view.guess[i], unseen[i]);
     }
@@ -110,8 +110,9 @@ VolumeView StackSource::draw(const Look& look, const TransferFunction& function,
   return view;
 }
 
-std::vector<float> StackSource::unseen(const Camera& camera, ImageSize size) const {
-  const Box& domain = header().domain;
+std::vector<float> StackSource::unseen(const Camera& camera, ImageSize size,
+                                       const Stretch& stretch) const {
+  const Box domain = stretch.box(header().domain);
   const glm::dmat4 gridFromWorld = glm::inverse(grid_.worldFromGrid);
   constexpr double kRim = 1e-3;  // stacks end a hair before the domain
   std::vector<float> share(size.pixels(), 0.0f);

@@ -36,7 +36,7 @@ class StackSource {
   std::string note(const Camera& camera) const;
 
  private:
-  std::vector<float> unseen(const Camera& camera, ImageSize size) const;
+  std::vector<float> unseen(const Camera& camera, ImageSize size, const Stretch& stretch) const;
 
   long cycle_;
   std::string field_;

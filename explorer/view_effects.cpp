@@ -34,8 +34,11 @@ Picture averaged(Renderer& renderer, const Look& look, const std::vector<Rotatio
   for (const Rotation& view : views) {
     Look one = look;
     one.rotate = view;
+    // Eyes and lenses look through one frame.
+    if (one.frameFor.empty()) one.frameFor = {look.rotate};
     Rendered rendered = renderer.render(one);
     if (out.notes.empty()) out.notes = rendered.notes;
+    if (out.warnings.empty()) out.warnings = rendered.warnings;
     const double weight = share / double(views.size());
     out.shares.data += weight * rendered.shares.data;
     out.shares.interpolation += weight * rendered.shares.interpolation;

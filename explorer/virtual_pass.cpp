@@ -94,7 +94,8 @@ SheetTextures::SheetTextures(const LengthPlanes& lengths)
 }
 
 VirtualView VirtualPass::render(const SheetTextures& sheets, const ChannelTable& table,
-                                const Camera& target, ImageSize size, Lookup lookup) {
+                                const Camera& target, ImageSize size, Lookup lookup,
+                                const Stretch& stretch) {
   if (target.projection == Projection::MultiPerspective) {
     throw Error(ErrorCode::InvalidArgument,
                 "virtual rays cannot be those of a multi-perspective camera");
@@ -128,10 +129,17 @@ VirtualView VirtualPass::render(const SheetTextures& sheets, const ChannelTable&
   const glm::dvec3 across = target.right() * (height * target.aspect(size));
   const glm::dvec3 down = target.up * -height;
   const glm::dvec3 none(0.0);
-  const std::array<glm::dvec3, 3> origin{target.position, perspective ? none : across,
-                                         perspective ? none : down};
-  const std::array<glm::dvec3, 3> direction{target.forward, perspective ? across : none,
-                                            perspective ? down : none};
+  const glm::dvec3 ahead =
+      target.forward - target.shift.x / target.aspect(size) * across + target.shift.y * down;
+  std::array<glm::dvec3, 3> origin{target.position, perspective ? none : across,
+                                   perspective ? none : down};
+  std::array<glm::dvec3, 3> direction{perspective ? ahead : target.forward,
+                                      perspective ? across : none, perspective ? down : none};
+  if (!stretch.none()) {
+    origin[0] = glm::dvec3(stretch.worldFromScene() * glm::dvec4(origin[0], 1.0));
+    for (std::size_t i = 1; i < 3; ++i) origin[i] /= stretch.factors();
+    for (glm::dvec3& way : direction) way /= stretch.factors();
+  }
   const glm::dmat3 eye(sheets.camera.eyeFromWorld());
   const glm::dvec3 half = glm::max(0.5 * sheets.domain.size(), glm::dvec3(1e-9 * sheets.unit));
   std::array<glm::vec3, 3> eyeOrigin, eyeDirection, boxOrigin, boxDirection;

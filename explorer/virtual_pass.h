@@ -10,6 +10,7 @@
 #include "explorer/drawn_view.h"
 #include "explorer/edit_pass.h"
 #include "explorer/gpu.h"
+#include "explorer/stretch.h"
 
 namespace vestige {
 
@@ -44,9 +45,10 @@ class VirtualPass {
   /// its undistorted place (r = ρ), kept to be compared (docs/method.md).
   enum class Lookup { Distorted, Undistorted };
 
-  /// `target` is orthographic or perspective, else InvalidArgument.
+  /// `target` is orthographic or perspective, else InvalidArgument, in the scene of `stretch`.
   VirtualView render(const SheetTextures& sheets, const ChannelTable& table, const Camera& target,
-                     ImageSize size, Lookup lookup = Lookup::Distorted);
+                     ImageSize size, Lookup lookup = Lookup::Distorted,
+                     const Stretch& stretch = {});
 
  private:
   std::optional<gl::Program> program_;

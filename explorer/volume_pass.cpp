@@ -137,7 +137,8 @@ void setCustom(const gl::Program& program, const LookGrid& grid, const CustomDra
                const glm::dmat4& worldFromCell) {
   constexpr int kCustomUnit = 7;
   const gl::Functions& gl = gl::functions();
-  const glm::mat4 customFromCell(custom.textures->textureFromWorld() * worldFromCell);
+  const glm::mat4 customFromCell(custom.textures->textureFromWorld() * custom.worldFromScene *
+                                 worldFromCell);
   gl.UniformMatrix4fv(program.uniform("customFromCell"), 1, GL_FALSE,
                       glm::value_ptr(customFromCell));
   gpu::bindSampler(program, "customOptics", kCustomUnit, custom.textures->optics());
@@ -172,7 +173,9 @@ RayUniforms raysOf(const Camera& camera, ImageSize size, const glm::dmat4& cellF
   const double height = perspective ? 2.0 * std::tan(0.5 * camera.fieldOfView) : camera.viewHeight;
   const double pixel = height / size.height, wide = pixel * camera.pixelAspect;
   // Pixel (x, y) is at (x - w / 2) * wide to the right and (h / 2 - y) * pixel up.
-  const glm::dvec3 corner = (-0.5 * size.width * wide) * right + (0.5 * height) * up;
+  const glm::dvec2 left =
+      glm::dvec2(-0.5 * size.width * wide, 0.5 * height) - height * camera.shift;
+  const glm::dvec3 corner = left.x * right + left.y * up;
   const std::array<glm::dvec3, 3> across{corner, wide * right, -pixel * up};
   const glm::dvec3 middle = camera.position + depthOrigin * camera.forward;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -185,7 +188,7 @@ RayUniforms raysOf(const Camera& camera, ImageSize size, const glm::dmat4& cellF
         glm::dvec3(cellFromWorld * glm::dvec4(way + (perspective ? 1.0 : 0.0) * across[i], 0.0));
   }
   if (perspective) {
-    rays.tangent = {-0.5 * size.width * wide, 0.5 * height, wide, -pixel};
+    rays.tangent = {left.x, left.y, wide, -pixel};
     rays.nearest = std::max(camera.nearDepth, 0.0) - depthOrigin;
   }
   // The fastest axis of the ray in the middle of the picture and in its corners.

@@ -45,6 +45,7 @@ struct CustomDrawing {
   const CustomTextures* textures = nullptr;
   std::vector<const OpticsTable*> blends;  ///< of Customization::functions, ends as the table's
   double low = 0.0, high = 1.0;            ///< values that gamma leaves where they are
+  glm::dmat4 worldFromScene{1.0};          ///< where a look stretches the world (stretch.h)
   /// The values that those in a range may become.
   glm::dvec2 widened(glm::dvec2 range) const;
 };

@@ -70,8 +70,13 @@ glm::dvec2 lengthened(glm::dvec2 v, double by) {
 
 /// Pixel to (x right, y up) in units of the picture's height, zero in the middle.
 glm::dvec2 offsetFromCenter(const Camera& camera, glm::dvec2 pixel, ImageSize size) {
-  return {camera.pixelAspect * (pixel.x - 0.5 * size.width) / size.height,
-          0.5 - pixel.y / size.height};
+  return {camera.pixelAspect * (pixel.x - 0.5 * size.width) / size.height - camera.shift.x,
+          0.5 - pixel.y / size.height - camera.shift.y};
+}
+
+/// A shift in normalised device coordinates.
+glm::dvec2 ndcShift(const Camera& camera, double aspect) {
+  return 2.0 * camera.shift / glm::dvec2(aspect * camera.pixelAspect, 1.0);
 }
 
 }  // namespace
@@ -113,17 +118,22 @@ glm::dmat4 Camera::worldFromEye() const {
 glm::dmat4 Camera::clipFromEye(double aspect) const {
   requireMatrix(*this);
   const double range = farDepth - nearDepth;
+  const glm::dvec2 shifted = ndcShift(*this, aspect);
   glm::dmat4 m(0.0);
   if (projection == Projection::Orthographic) {
     m[0][0] = 2.0 / (viewHeight * aspect * pixelAspect);
     m[1][1] = 2.0 / viewHeight;
     m[2][2] = -2.0 / range;
+    m[3][0] = shifted.x;
+    m[3][1] = shifted.y;
     m[3][2] = -(farDepth + nearDepth) / range;
     m[3][3] = 1.0;
   } else {
     const double t = std::tan(0.5 * fieldOfView);
     m[0][0] = 1.0 / (t * aspect * pixelAspect);
     m[1][1] = 1.0 / t;
+    m[2][0] = -shifted.x;
+    m[2][1] = -shifted.y;
     m[2][2] = -(farDepth + nearDepth) / range;
     m[2][3] = -1.0;
     m[3][2] = -2.0 * farDepth * nearDepth / range;
@@ -134,11 +144,14 @@ glm::dmat4 Camera::clipFromEye(double aspect) const {
 glm::dmat4 Camera::eyeFromClip(double aspect) const {
   requireMatrix(*this);
   const double range = farDepth - nearDepth;
+  const glm::dvec2 shifted = ndcShift(*this, aspect);
   glm::dmat4 m(0.0);
   if (projection == Projection::Orthographic) {
     m[0][0] = 0.5 * viewHeight * aspect * pixelAspect;
     m[1][1] = 0.5 * viewHeight;
     m[2][2] = -0.5 * range;
+    m[3][0] = -shifted.x * m[0][0];
+    m[3][1] = -shifted.y * m[1][1];
     m[3][2] = -0.5 * (farDepth + nearDepth);
     m[3][3] = 1.0;
   } else {
@@ -147,6 +160,8 @@ glm::dmat4 Camera::eyeFromClip(double aspect) const {
     m[0][0] = t * aspect * pixelAspect;
     m[1][1] = t;
     m[2][3] = -range / twice;
+    m[3][0] = -shifted.x * m[0][0];
+    m[3][1] = -shifted.y * m[1][1];
     m[3][2] = -1.0;
     m[3][3] = (farDepth + nearDepth) / twice;
   }
@@ -182,8 +197,8 @@ glm::dvec3 Camera::project(glm::dvec3 world, ImageSize size) const {
   const double pixelsPerLength = size.height / heightAt(*this, depth);
   glm::dvec2 across(glm::dot(d, right()), glm::dot(d, up));
   if (projection == Projection::MultiPerspective) across = lengthened(across, depth / convergence);
-  return {0.5 * size.width + across.x * pixelsPerLength / pixelAspect,
-          0.5 * size.height - across.y * pixelsPerLength, depth};
+  return {0.5 * size.width + (across.x * pixelsPerLength + shift.x * size.height) / pixelAspect,
+          0.5 * size.height - across.y * pixelsPerLength - shift.y * size.height, depth};
 }
 
 glm::dvec3 Camera::unproject(glm::dvec3 pixelAndDepth, ImageSize size) const {
@@ -228,6 +243,8 @@ void Camera::validate() const {
   if (!(convergence >= kLeastConvergence && convergence <= kMostConvergence))
     refuse(fmt::format("camera convergence {} is not in {} .. {}", convergence, kLeastConvergence,
                        kMostConvergence));
+  if (!std::isfinite(shift.x) || !std::isfinite(shift.y))
+    refuse(fmt::format("camera shift ({}, {}) is not finite", shift.x, shift.y));
   if (!std::isfinite(nearDepth))
     refuse(fmt::format("camera nearDepth {} is not finite", nearDepth));
   if (projection == Projection::Perspective && nearDepth <= 0.0)

@@ -56,6 +56,8 @@ struct Camera {
   double fieldOfView = 0.5;           ///< perspective: full vertical angle in radians, in (0, π)
   double pixelAspect = 1.0;           ///< width / height of a pixel in the world, > 0
   double convergence = 1.0;           ///< multi-perspective: κ, kLeast.. to kMostConvergence
+  glm::dvec2 shift{0.0};              ///< moves the picture right and up by so many of its heights;
+                                      ///< 0 in archives and for multi-perspective cameras
   double nearDepth = 0.0;             ///< Z mapped to NDC z = -1; > 0 for perspective
   double farDepth = 2.0;              ///< Z mapped to NDC z = +1; > nearDepth
 

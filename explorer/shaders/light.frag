@@ -16,6 +16,8 @@ uniform int lights;
 uniform vec4 lightFrom[8];      // unit direction to the light, intensity
 uniform vec4 material;          // ambient, diffuse, specular, shininess
 uniform vec4 viewer;            // direction to the viewer (w = 0) or position (w = 1)
+uniform mat4 stretch;           // eye space to the scene, where a look stretches the world
+uniform mat3 stretchNormal;
 uniform bool shade;
 uniform bool derive;
 uniform vec2 ao;                // strength (0 = off), radius in world units
@@ -36,7 +38,7 @@ float depthAt(ivec2 pixel) {
 vec3 positionAt(vec2 center, float z) {
   vec2 across = (center - 0.5 * vec2(size())) * vec2(unproject.x, -unproject.x);
   across *= max(1.0 - unproject.w * z / max(length(across), 1e-30), 0.0);
-  return vec3(across * (unproject.y > 0.5 ? z : 1.0), -z);
+  return (stretch * vec4(across * (unproject.y > 0.5 ? z : 1.0), -z, 1.0)).xyz;
 }
 
 float pixelWorld(float z) { return unproject.x * (unproject.y > 0.5 ? z : 1.0); }
@@ -56,8 +58,8 @@ vec3 tangent(ivec2 pixel, ivec2 axis, float z) {
 
 vec3 derivedNormal(ivec2 pixel, float z) {
   vec3 right = tangent(pixel, ivec2(1, 0), z), down = tangent(pixel, ivec2(0, 1), z);
-  if (dot(right, right) == 0.0) right = vec3(pixelWorld(z), 0.0, 0.0);
-  if (dot(down, down) == 0.0) down = vec3(0.0, -pixelWorld(z), 0.0);
+  if (dot(right, right) == 0.0) right = mat3(stretch) * vec3(pixelWorld(z), 0.0, 0.0);
+  if (dot(down, down) == 0.0) down = mat3(stretch) * vec3(0.0, -pixelWorld(z), 0.0);
   return normalize(cross(down, right));  // rows run downward: this side faces the viewer
 }
 
@@ -71,16 +73,19 @@ float arc(float angle, float tilt) {
 // cut into slices through the line of sight, and what a neighbour covers of its slice is all below
 // its rise above the tangent plane, the clamped <P(q) - P(p), n> of eq. 5. Neighbours behind one
 // another cover the same directions, so the greatest rise on each side counts.
-float occlusion(vec2 pixel, vec3 position, vec3 n) {
-  vec2 fromPole = position.xy / max(length(position.xy), 1e-30);
-  vec3 sight = unproject.y > 0.5 ? normalize(-position)
-                                 : normalize(vec3(unproject.w * fromPole, 1.0));
-  float reach = ao.y / pixelWorld(-position.z);
+float occlusion(vec2 pixel, float depth, vec3 position, vec3 n) {
+  vec2 across = (pixel - 0.5 * vec2(size())) * vec2(1.0, -1.0);
+  vec2 fromPole = across / max(length(across), 1e-30);
+  vec3 sight = unproject.y > 0.5 ? vec3(-across * unproject.x, 1.0)
+                                 : vec3(unproject.w * fromPole, 1.0);
+  sight = normalize(mat3(stretch) * sight);
+  float least = min(length(stretch[0].xyz), length(stretch[1].xyz));
+  float reach = ao.y / (pixelWorld(depth) * least);
   float sum = 0.0;
   for (int i = 0; i < kSlices; ++i) {
     float turn = kPi * float(i) / float(kSlices);
-    vec2 across = vec2(cos(turn), sin(turn));
-    vec3 side = vec3(across.x, -across.y, 0.0);
+    vec2 along = vec2(cos(turn), sin(turn));
+    vec3 side = mat3(stretch) * vec3(along.x, -along.y, 0.0);
     side = normalize(side - dot(side, sight) * sight);
     vec2 inSlice = vec2(dot(n, side), dot(n, sight));
     float steepest = max(length(inSlice), 1e-6);  // the greatest sine of a rise in this slice
@@ -90,7 +95,7 @@ float occlusion(vec2 pixel, vec3 position, vec3 n) {
       float greatest = 0.0;
       for (int j = 0; j < kSteps; ++j) {
         float t = (float(j) + first) / float(kSteps);
-        vec2 at = floor(pixel + way * (1.0 + (reach - 1.0) * t) * across);
+        vec2 at = floor(pixel + way * (1.0 + (reach - 1.0) * t) * along);
         float z = depthAt(ivec2(at));
         vec3 toward = positionAt(at + 0.5, z) - position;
         float far = length(toward) / ao.y;
@@ -116,9 +121,9 @@ void main() {
   }
   vec3 position = positionAt(vec2(pixel) + 0.5, z);
   vec3 n = texelFetch(normals, ivec3(pixel, layer), 0).xyz;
-  if (derive || dot(n, n) < 0.25) n = derivedNormal(pixel, z);
+  n = derive || dot(n, n) < 0.25 ? derivedNormal(pixel, z) : stretchNormal * n;
   n = normalize(n);
-  float open = ao.x > 0.0 ? max(0.0, 1.0 - ao.x * occlusion(vec2(pixel) + 0.5, position, n)) : 1.0;
+  float open = ao.x > 0.0 ? max(0.0, 1.0 - ao.x * occlusion(vec2(pixel) + 0.5, z, position, n)) : 1.0;
   if (!shade) {
     result = vec4(vec3(open), 0.0);
     return;

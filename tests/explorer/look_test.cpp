@@ -45,8 +45,24 @@ TEST(Look, SurvivesJsonWithEveryKeySet) {
   look.trust = true;
   look.annotations = {true, false, true, true};
   look.background = std::nullopt;
+  look.frame = Frame::Orbit;
+  look.frameFor = {{1.0, 2.0, 3.0}, {-4.0, 5.0, 0.0}};
+  look.zoom = 2.5;
+  look.pan = {0.25, -0.5};
+  look.center = glm::dvec3(1.0, -2.0, 3.5);
+  look.scale = {1.0, 1.0, 50.0};
+  look.isosurfaces = {{0.5, 0.25}, {0.75, 1.0, "#f4ecdc"}, {0.8, 1.0, "map"}};
   EXPECT_EQ(lookFromJson(toJson(look)), look);
   EXPECT_EQ(lookFromText(toJson(look).dump()), look);
+}
+
+TEST(Look, ReadsLooksThatWereSavedBeforeSurfacesHadColours) {
+  const Look look = lookFromText(
+      R"({"draw": "isosurface", "isosurfaces": [[0.5, 0.25], {"value": 0.75}], "shading": "none"})");
+  EXPECT_EQ(look.isosurfaces, (std::vector<SurfaceLook>{{0.5, 0.25}, {0.75, 1.0}}));
+  EXPECT_FALSE(look.isLit()) << "as it was saved";
+  EXPECT_TRUE(lookFromText(R"({"draw": "isosurface"})").isLit());
+  EXPECT_FALSE(Look{}.isLit());
 }
 
 TEST(Look, SurvivesJsonWithLearnedColours) {
@@ -97,6 +113,17 @@ TEST(Look, NamesTheKeyOfEveryBadValue) {
       {R"({"via": "magic"})", "via"},
       {R"({"order": 1})", "order"},
       {R"({"shading": "toon"})", "shading"},
+      {R"({"frame": "wide"})", "frame"},
+      {R"({"frameFor": [[1, 2]]})", "frameFor"},
+      {R"({"zoom": 0})", "zoom"},
+      {R"({"pan": [1]})", "pan"},
+      {R"({"center": [1, 2]})", "center"},
+      {R"({"scale": [1, 1, 0]})", "scale"},
+      {R"({"scale": [1, 1, -2]})", "scale"},
+      {R"({"isosurfaces": [{"opacity": 0.5}]})", "isosurfaces[0].value"},
+      {R"({"isosurfaces": [{"value": 1, "hue": 2}]})", "hue"},
+      {R"({"isosurfaces": [{"value": 1, "color": "mauve"}]})", "mauve"},
+      {R"({"color": "learned", "scale": [1, 1, 2]})", "scale"},
       {R"({"normals": true})", "normals"},
       {R"({"source": "voxels"})", "source"},
       {R"({"lights": {}})", "lights"},

@@ -16,6 +16,7 @@
 #include "explorer/picture.h"
 #include "explorer/subprocess.h"
 #include "explorer/text.h"
+#include "explorer/ticks.h"
 #include "explorer/trust.h"
 #include "proxy/archive.h"
 #include "proxy/error.h"
@@ -95,23 +96,44 @@ TEST(Csv, WritesNumbersThatReadBackAndQuotesText) {
 
 TEST(Ticks, AreRoundInsideTheRangeAndEquallySpaced) {
   for (const auto& [low, high] : std::vector<std::pair<double, double>>{
-           {0.0, 1.0}, {-1024.0, 2986.0}, {101324.99, 101325.01}, {1e-9, 3e-9}, {-5e8, 2e9}}) {
-    const std::vector<Tick> ticks = ticksOf(low, high);
+           {0.0, 1.0}, {-1024.0, 2986.0}, {101324.99, 101325.01}, {1e-9, 3e-9}, {-5e8, 2e9},
+           {-1e12, -1e12 + 0.01}, {1e-300, 1e-299}, {1e17, 1e17 + 4096.0}}) {
+    const std::vector<Tick> ticks = ticksOf(low, high).ticks;
     ASSERT_GE(ticks.size(), 3u) << low;
     ASSERT_LE(ticks.size(), 11u) << low;
     for (std::size_t i = 0; i < ticks.size(); ++i) {
       EXPECT_GE(ticks[i].value, low - 1e-6 * (high - low));
       EXPECT_LE(ticks[i].value, high + 1e-6 * (high - low));
-      EXPECT_NEAR(std::stod(ticks[i].text), ticks[i].value, 1e-3 * (high - low)) << ticks[i].text;
+      EXPECT_LE(ticks[i].text.size(), 8u) << ticks[i].text;
       if (i == 0) continue;
+      EXPECT_NEAR(ticks[i].value - ticks[i - 1].value, ticks[1].value - ticks[0].value,
+                  1e-6 * (high - low));
       EXPECT_NE(ticks[i].text, ticks[i - 1].text);
     }
   }
 }
 
+TEST(Ticks, SayTheirPowerOfTenAndWhatIsTakenAwayOnce) {
+  const auto texts = [](double low, double high, int wanted) {
+    const Ticks ticks = ticksOf(low, high, wanted);
+    std::string text = ticks.scale + ":";
+    for (const Tick& tick : ticks.ticks) text += " " + tick.text;
+    return text;
+  };
+  EXPECT_EQ(texts(0.0, 1.0, 2), ": 0.0 0.5 1.0");
+  EXPECT_EQ(texts(-1024.0, 2986.0, 4), ": -1000 0 1000 2000");
+  EXPECT_EQ(texts(0.0, 1e-12, 2), "×10⁻¹²: 0.0 0.5 1.0");
+  EXPECT_EQ(texts(0.0, 4e-7, 4), "×10⁻⁹: 0 100 200 300 400");
+  EXPECT_EQ(texts(0.0, 2.5e7, 5), "×10⁶: 0 5 10 15 20 25");
+  EXPECT_EQ(texts(101325.01, 101325.02, 2), "+101325: 0.010 0.015 0.020");
+  EXPECT_EQ(texts(-1e12, -1e12 + 0.01, 2).substr(0, 6), "−1×");
+  EXPECT_EQ(numberText(1.5e-9), "1.5×10⁻⁹");
+  EXPECT_EQ(numberText(-0.25), "-0.25");
+}
+
 TEST(Ticks, AreNoneForARangeOfNothing) {
-  EXPECT_TRUE(ticksOf(1.0, 1.0).empty());
-  EXPECT_TRUE(ticksOf(0.0, std::numeric_limits<double>::infinity()).empty());
+  EXPECT_TRUE(ticksOf(1.0, 1.0).ticks.empty());
+  EXPECT_TRUE(ticksOf(0.0, std::numeric_limits<double>::infinity()).ticks.empty());
 }
 
 TEST(Lines, CoverTheirPixelsAndStayInThePicture) {

@@ -43,6 +43,7 @@ class ViewEffectsOfArchive : public testing::Test {
   Picture plain(const Rotation& rotation) {
     Look look = look_;
     look.rotate = rotation;
+    look.frameFor = {look_.rotate};  // all views of an effect have one frame
     return renderer_->render(look).picture;
   }
 

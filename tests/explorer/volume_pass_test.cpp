@@ -157,7 +157,7 @@ TEST(VolumePass, CameraAndMediumTurnTogether) {
     look.shading = Shading::Phong;
     const auto lit = [&] {
       pass.findGradients(grid);
-      const LightSetup light = lightSetup(look, setup.camera, setup.camera, kBox.diagonal());
+      const LightSetup light = lightSetup(look, setup.camera, setup.camera, kBox);
       setup.light = &light;
       return draw(pass, grid, setup);
     };
@@ -343,7 +343,7 @@ TEST(VolumePass, LightFallsOnTheSideThatFacesItAndGuessesAreCounted) {
     Look look;
     look.shading = Shading::Phong;
     look.lights = {{90.0, 0.0, 1.0}};  // from the right
-    const LightSetup light = lightSetup(look, setup.camera, setup.camera, box.diagonal());
+    const LightSetup light = lightSetup(look, setup.camera, setup.camera, box);
     setup.light = &light;
     EXPECT_THROW(draw(pass, grid, setup), Error);  // no gradients yet
     pass.findGradients(grid);

@@ -74,6 +74,7 @@ TEST(Camera, ProjectsAndUnprojectsAsExactInverses) {
   Scenes s;
   for (int i = 0; i < 3000; ++i) {
     s.next();
+    s.camera.shift = 0.5 * glm::dvec2(s.vector());
     const glm::dvec3 world = s.pointInBox();
     const glm::dvec3 back = s.camera.unproject(s.camera.project(world, s.size), s.size);
     const double magnitude = glm::length(s.camera.position) + s.camera.farDepth;
@@ -85,6 +86,7 @@ TEST(Camera, ClipSpaceAgreesWithPixelsAndDepth) {
   Scenes s;
   for (int i = 0; i < 500; ++i) {
     s.next();
+    s.camera.shift = 0.5 * glm::dvec2(s.vector());
     const Camera& c = s.camera;
     const glm::dvec3 p = s.pointInBox();
     const glm::dvec4 clip = c.clipFromWorld(s.size.aspect()) * glm::dvec4(p, 1.0);
@@ -105,6 +107,7 @@ TEST(Camera, MatricesAndTheirInversesMultiplyToOne) {
   Scenes s;
   for (int i = 0; i < 300; ++i) {
     s.next();
+    s.camera.shift = 0.5 * glm::dvec2(s.vector());
     const double a = s.size.aspect();
     const glm::dmat4 eye = s.camera.eyeFromWorld() * s.camera.worldFromEye();
     const glm::dmat4 clip = s.camera.clipFromEye(a) * s.camera.eyeFromClip(a);
@@ -132,6 +135,7 @@ TEST(Camera, RaysPassThroughThePointsOfTheirPixel) {
   Scenes s;
   for (int i = 0; i < 1000; ++i) {
     s.next();
+    s.camera.shift = 0.5 * glm::dvec2(s.vector());
     const glm::dvec3 p = s.pointInBox();
     const glm::dvec3 pixel = s.camera.project(p, s.size);
     const Ray ray = s.camera.rayThrough({pixel.x, pixel.y}, s.size);

@@ -18,7 +18,7 @@ struct Column {
 
   explicit Column(const Picture& of)
       : picture(of), unit(letterHeight(of.size)), font(int(std::lround(unit))) {}
-  double padding() const { return 0.6 * unit; }
+  double padding() const { return 0.5 * unit; }
   double line() const { return 1.35 * unit; }
   double right() const { return picture.size.width - 0.5 * unit - padding(); }
   /// The widest that text may be.
@@ -66,19 +66,23 @@ void drawColorBar(Picture& picture, const AnnotationSubject& subject, const Ink&
   const std::vector<std::string> title = titleOf(subject, ticks.scale, column);
 
   const double barWidth = std::max(6.0, std::round(0.9 * unit)), tickLength = 0.35 * unit;
-  double width = barWidth;
+  double width = barWidth, titleWidth = 0.0;
   for (const Tick& tick : ticks.ticks)
     width = std::max(width, barWidth + 1.7 * tickLength + column.font.width(tick.text));
-  for (const std::string& line : title) width = std::max(width, column.font.width(line));
-  const double titleHeight = column.line() * double(title.size()) + 0.3 * unit;
+  for (const std::string& line : title) titleWidth = std::max(titleWidth, column.font.width(line));
+  // Two plates, so that a long title hides no more of the picture than it must.
+  const double titleHeight = column.line() * double(title.size());
+  const double apart = 2.0 * column.padding() + 0.2 * unit;
   const double plateTop =
-      std::max(0.5 * (picture.size.height - height - titleHeight), column.padding());
-  column.drawPlate(picture, width, plateTop, titleHeight + height, ink);
+      std::max(0.5 * (picture.size.height - height - titleHeight - apart), column.padding());
+  column.drawPlate(picture, titleWidth, plateTop, titleHeight, ink);
+  column.drawPlate(picture, width, plateTop + titleHeight + apart, height, ink);
   for (std::size_t i = 0; i < title.size(); ++i)
-    column.drawText(picture, column.right(), plateTop + column.line() * double(i), title[i], ink);
+    column.drawText(picture, column.right(), plateTop + column.line() * (double(i) + 0.13),
+                    title[i], ink);
 
   const double x1 = std::round(column.right()), x0 = x1 - barWidth;
-  const double top = std::round(plateTop + titleHeight), bottom = top + height;
+  const double top = std::round(plateTop + titleHeight + apart), bottom = top + height;
   for (int y = 0; y < int(height); ++y) {
     const double value = high + (low - high) * (y + 0.5) / height;
     drawPlate(picture, {x0, top + y}, {x1, top + y + 1.0}, 0.0, function.color(value), 1.0);

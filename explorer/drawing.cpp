@@ -70,9 +70,10 @@ void drawPlate(Picture& picture, glm::dvec2 low, glm::dvec2 high, double radius,
   const glm::dvec2 middle = 0.5 * (low + high);
   const glm::dvec2 half = 0.5 * (high - low) - radius;
   forPixels(picture, low, high, 1.0, [&](int x, int y, glm::dvec2 point) {
-    const glm::dvec2 beyond = glm::max(glm::abs(point - middle) - half, glm::dvec2(0.0));
-    blend(picture, x, y, colorLinear,
-          opacity * std::clamp(radius + 0.5 - glm::length(beyond), 0.0, 1.0));
+    const glm::dvec2 beyond = glm::abs(point - middle) - half;
+    const double distance = glm::length(glm::max(beyond, glm::dvec2(0.0))) +
+                            std::min(std::max(beyond.x, beyond.y), 0.0) - radius;
+    blend(picture, x, y, colorLinear, opacity * std::clamp(0.5 - distance, 0.0, 1.0));
   });
 }
 

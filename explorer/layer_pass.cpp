@@ -93,7 +93,7 @@ LightSetup lightSetup(const Look& look, const Camera& source, const Camera& targ
   LightSetup setup;
   const glm::dmat4 sourceFromTarget = source.eyeFromWorld() * target.worldFromEye();
   // Unasked for, a headlight a little off the axis, which leaves nothing that is seen in the dark.
-  const double aside = look.shading == Shading::Auto ? 15.0 : 30.0;
+  const double aside = look.shading == Shading::Auto ? 20.0 : 30.0;
   const std::vector<Light> lights =
       look.lights.empty() ? std::vector<Light>{{aside, aside, 1.0}} : look.lights;
   for (const Light& light : lights) {

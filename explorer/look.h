@@ -149,7 +149,7 @@ struct Look {
   Order order = Order::Auto;
   Shading shading = Shading::Auto;
   NormalSource normals = NormalSource::Stored;
-  std::vector<Light> lights;  ///< empty: one at 30, 30; under Shading::Auto at 15, 15
+  std::vector<Light> lights;  ///< empty: one at 30, 30; under Shading::Auto at 20, 20
   Material material;
   AmbientOcclusion ao;
   Enhancement enhance;

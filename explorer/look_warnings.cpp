@@ -208,7 +208,8 @@ std::vector<Warning> keysInVain(const Look& look, Answer answer) {
   const Key keys[] = {
       {"opacity", look.opacity.has_value(), opacities},
       {"referenceLength", look.referenceLength.has_value(),
-       intervals || volume || answer == Features || (answer == Classified && look.draw == Draw::Slice)},
+       intervals || volume || answer == Features ||
+           (answer == Classified && look.draw == Draw::Slice)},
       {"factors", !look.factors.empty(), intervals || volume},
       {"classifier", !look.classifier.empty(), !baked && answer != Mip},
       {"colormap", !look.colormap.empty(), colors},

@@ -34,9 +34,9 @@ Rotation composed(const Rotation& rotation, const Rotation& offset);
 /// left and the right. Lens and shutter are sampled together.
 std::vector<Rotation> viewsOf(const Rotation& rotation, const ViewEffects& effects, int eye);
 
-/// The look with effects; averages are of linear light. Notes and warnings are those of the first view, shares
-/// of trust means of all; camera, depth and trust are those of the last view, and empty where
-/// pictures were averaged or joined.
+/// The look with effects; averages are of linear light. Notes and warnings are those of the first
+/// view, shares of trust means of all; camera, depth and trust are those of the last view, and
+/// empty where pictures were averaged or joined.
 Rendered renderWithEffects(Renderer& renderer, const Look& look, const ViewEffects& effects);
 
 }  // namespace vestige

@@ -29,8 +29,8 @@ Picture filled(ImageSize size, double value, double alpha) {
   return picture;
 }
 
-/// Data from black to white in stripes of a pixel, half as opaque as they can be where the background
-/// is transparent.
+/// Data from black to white in stripes of a pixel, half as opaque as they can be where the
+/// background is transparent.
 Picture busy(ImageSize size) {
   Picture picture = filled(size, 0.0, 1.0);
   for (int y = 0; y < size.height; ++y) {
@@ -53,14 +53,13 @@ struct Scene {
   }
 };
 
-/// The darkest and the brightest part of a column of pixels' means over 3 x 3, left of the colour bar
-/// where the tick texts are.
+/// The darkest and the brightest part of a column of pixels' means over 3 x 3, left of the colour
+/// bar where the tick texts are.
 TEST(Annotations, TicksStandOutFromTheirPlateOnAnyBackgroundBeforeAnyData) {
   const Scene scene;
   const ImageSize size{256, 256};
-  for (const Background& background :
-       {Background(glm::dvec3(0.0)), Background(glm::dvec3(1.0)), Background(glm::dvec3(0.5)),
-        Background()}) {
+  for (const Background& background : {Background(glm::dvec3(0.0)), Background(glm::dvec3(1.0)),
+                                       Background(glm::dvec3(0.5)), Background()}) {
     std::vector<Picture> before;
     for (const double value : {0.0, 0.2, 1.0}) before.push_back(filled(size, value, 1.0));
     before.push_back(busy(size));

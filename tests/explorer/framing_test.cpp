@@ -26,8 +26,7 @@ Camera stored(Projection projection, double loose = 1.0) {
 }
 
 Camera finalCamera(const Look& look, const Camera& camera) {
-  return fittedCamera(framedCamera(look, camera, kSize, kDomain), kSize,
-                      look.size.value_or(kSize));
+  return fittedCamera(framedCamera(look, camera, kSize, kDomain), kSize, look.size.value_or(kSize));
 }
 
 /// How far the corners of a box reach to the edges of the picture: 1 = to the nearest.
@@ -53,9 +52,9 @@ double halfHeight(const Camera& camera) {
 class Framing : public testing::TestWithParam<Projection> {};
 INSTANTIATE_TEST_SUITE_P(Of, Framing,
                          testing::Values(Projection::Orthographic, Projection::Perspective),
-                         [](const auto& info) {
-                           return info.param == Projection::Perspective ? "perspective"
-                                                                        : "orthographic";
+                         [](const auto& of) {
+                           return of.param == Projection::Perspective ? "perspective"
+                                                                      : "orthographic";
                          });
 
 TEST_P(Framing, TheUnturnedPictureKeepsTheStoredFrameToTheLastBit) {

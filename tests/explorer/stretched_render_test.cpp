@@ -55,8 +55,8 @@ double meanDifference(const Picture& a, const Picture& b) {
   return sum / double(a.rgba.size());
 }
 
-/// Width and height of what can be seen, in pixels, by the area that is at least half as opaque as the
-/// most opaque.
+/// Width and height of what can be seen, in pixels, by the area that is at least half as opaque as
+/// the most opaque.
 glm::dvec2 extentOf(const Picture& picture) {
   float most = 0.0f;
   for (std::size_t i = 3; i < picture.rgba.size(); i += 4) most = std::max(most, picture.rgba[i]);
@@ -83,8 +83,9 @@ class Stretched : public testing::Test {
   }
   /// Everything of the centred ball, from one view.
   std::unique_ptr<Renderer> ball() {
-    return open("ball.cdb", {synthetic::lengthProxy(kSize), synthetic::depthProxy(kSize, {0.3, 0.6}),
-                             synthetic::mipProxy(kSize), synthetic::referenceProxy(kSize)});
+    return open("ball.cdb",
+                {synthetic::lengthProxy(kSize), synthetic::depthProxy(kSize, {0.3, 0.6}),
+                 synthetic::mipProxy(kSize), synthetic::referenceProxy(kSize)});
   }
   synthetic::TemporaryFolder folder_;
 };
@@ -121,7 +122,8 @@ TEST_F(Stretched, AStretchedWorldIsOneThatWasStoredSo) {
     const Picture stretched = own->render(look).picture;
     EXPECT_LT(meanDifference(stretched, high->render(other).picture), 2e-3);
     look.scale = {0.5, 0.5, 1.0};
-    EXPECT_LT(meanDifference(stretched, own->render(look).picture), 1e-6) << "only proportions count";
+    EXPECT_LT(meanDifference(stretched, own->render(look).picture), 1e-6)
+        << "only proportions count";
     look.scale = glm::dvec3(1.0);
     EXPECT_GT(meanDifference(stretched, own->render(look).picture), 5e-3);
     EXPECT_GT(extentOf(stretched).y, 10.0);
@@ -199,7 +201,8 @@ TEST_F(Stretched, ZoomAndPanShowTheSamePlaceWhateverAnswers) {
               1.7 * extentOf([&] {
                       plain.source = Source::Reference;
                       return flat->render(plain).picture;
-                    }()).x,
+                    }())
+                        .x,
               4.0);
 }
 

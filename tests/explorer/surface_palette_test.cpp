@@ -62,8 +62,8 @@ class DrawnSurfaces : public testing::Test {
       writer.writeStep(std::vector<EncodedProxy>{encodeProxy(
           fieldImage(synthetic::header(kind::kField, {64, 64}), std::move(field), {1, 1e-4}))});
     }
-    renderer_ = std::make_unique<Renderer>(gl::Device::create(),
-                                           std::make_shared<const Archive>(path));
+    renderer_ =
+        std::make_unique<Renderer>(gl::Device::create(), std::make_shared<const Archive>(path));
     look_.draw = Draw::Isosurface;
     look_.isosurfaces = {{0.5, 1.0, "#808080"}};
     look_.background = std::nullopt;

@@ -145,24 +145,37 @@ TEST_F(Warnings, EveryKeyThatIsSaidToBeInVainChangesNothing) {
     const char* key;
     void (*apply)(Look&);
   };
-  const Change changes[] = {
-      {"opacity", [](Look& l) { l.opacity = std::vector<OpacityPoint>{{0.1, 0.0}, {0.8, 0.6}}; }},
-      {"referenceLength", [](Look& l) { l.referenceLength = 0.3; }},
-      {"factors", [](Look& l) { l.factors = {1.0, 0.2, 3.0, 0.1, 0.4}; }},
-      {"colormap", [](Look& l) { l.colormap = "coolwarm_r"; }},
-      {"colorRange", [](Look& l) { l.colorRange = {0.2, 0.6}; }},
-      {"shading",
-       [](Look& l) {
-         l.shading = Shading::Phong;
-         l.lights = {{80.0, 10.0, 1.0}};
-       }},
-      {"ao", [](Look& l) { l.ao = {true, 3.0, 0.3}; }},
-      {"enhance", [](Look& l) { l.enhance = {true, 5.0, 1.0}; }}};
+  const Change changes[] = {{"opacity",
+                             [](Look& l) {
+                               l.opacity = std::vector<OpacityPoint>{{0.1, 0.0}, {0.8, 0.6}};
+                             }},
+                            {"referenceLength", [](Look& l) { l.referenceLength = 0.3; }},
+                            {"factors",
+                             [](Look& l) {
+                               l.factors = {1.0, 0.2, 3.0, 0.1, 0.4};
+                             }},
+                            {"colormap", [](Look& l) { l.colormap = "coolwarm_r"; }},
+                            {"colorRange",
+                             [](Look& l) {
+                               l.colorRange = {0.2, 0.6};
+                             }},
+                            {"shading",
+                             [](Look& l) {
+                               l.shading = Shading::Phong;
+                               l.lights = {{80.0, 10.0, 1.0}};
+                             }},
+                            {"ao",
+                             [](Look& l) {
+                               l.ao = {true, 3.0, 0.3};
+                             }},
+                            {"enhance", [](Look& l) {
+                               l.enhance = {true, 5.0, 1.0};
+                             }}};
   const std::pair<Source, Draw> sources[] = {
-      {Source::Volume, Draw::Volume},   {Source::Layers, Draw::Volume},
-      {Source::Mip, Draw::Volume},      {Source::Reference, Draw::Volume},
-      {Source::Field, Draw::Volume},    {Source::Field, Draw::Isosurface},
-      {Source::Field, Draw::Mip},       {Source::Field, Draw::Slice}};
+      {Source::Volume, Draw::Volume}, {Source::Layers, Draw::Volume},
+      {Source::Mip, Draw::Volume},    {Source::Reference, Draw::Volume},
+      {Source::Field, Draw::Volume},  {Source::Field, Draw::Isosurface},
+      {Source::Field, Draw::Mip},     {Source::Field, Draw::Slice}};
   for (const auto& [source, draw] : sources) {
     Look plain;
     plain.source = source;
@@ -173,9 +186,8 @@ TEST_F(Warnings, EveryKeyThatIsSaidToBeInVainChangesNothing) {
       Look look = plain;
       change.apply(look);
       const Rendered after = renderer_->render(look);
-      const bool warned =
-          std::any_of(after.warnings.begin(), after.warnings.end(),
-                      [&](const Warning& each) { return each.key == change.key; });
+      const bool warned = std::any_of(after.warnings.begin(), after.warnings.end(),
+                                      [&](const Warning& each) { return each.key == change.key; });
       // On a convex body occlusion may find nothing to darken.
       if (!warned && std::string(change.key) == "ao") continue;
       EXPECT_EQ(warned, after.picture.rgba == before.rgba)

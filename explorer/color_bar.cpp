@@ -107,7 +107,7 @@ void drawLegend(Picture& picture, const AnnotationSubject& subject, const Ink& i
   std::vector<std::string> names;
   double width = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
-    names.push_back(shortened(subject.legend[i].name, column.font, column.room()));
+    names.push_back(shortened(subject.legend[i].name, column.font, column.room() - 1.6 * unit));
     width = std::max(width, side + 0.6 * unit + column.font.width(names.back()));
   }
   if (count == 0) return;

@@ -119,7 +119,7 @@ TEST_P(Framing, FitIsTightOnTheDomainOrItsClipBoxAtAnySize) {
       look.clip = clip;
       const double part = reach(finalCamera(look, stored(GetParam(), loose)), size, cut);
       EXPECT_LE(part, 1.0);
-      EXPECT_GT(part, 0.95);
+      EXPECT_GT(part, 0.9);  // a wide-angle viewer must keep some distance
     }
   }
 }

@@ -239,7 +239,8 @@ TEST_F(Warnings, TellTheDomainOfPlacesOutsideOfIt) {
   look.ao = {true, 1.0, 1e-4};
   holds(textOf(look, "ao"), "pixels");
   look = Look{};
-  look.factors = std::vector<double>(synthetic::kIntervals, 0.0);
+  look.draw = Draw::Isosurface;
+  look.isosurfaces = {{0.5, 0.0}};
   holds(textOf(look, ""), "nothing is to be seen");
 }
 

@@ -52,7 +52,10 @@ const char* reasonOf(const Look& look, Answer answer) {
 }
 
 std::string rangeText(double low, double high, const std::string& units) {
-  return numberText(low) + " .. " + numberText(high) + (units.empty() ? "" : " " + units);
+  const bool close = low != high && numberText(low) == numberText(high);
+  return (close ? fmt::format("{:.15g} .. {:.15g}", low, high)
+                : numberText(low) + " .. " + numberText(high)) +
+         (units.empty() ? "" : " " + units);
 }
 
 std::string boxText(const Box& box) {

@@ -330,6 +330,38 @@ TEST_F(Program, FitsAPrimitiveToWhatIsBrushedOnASlice) {
   EXPECT_NE(nothing.text.find("nothing to fit"), std::string::npos) << nothing.text;
 }
 
+TEST_F(Program, FramesStretchesAndSurfacesAreOptionsAndKeysOfTheLook) {
+  const std::string look = file("framed.json");
+  const Outcome made =
+      explorer("render " + archive() + " -o '" + file("framed.png") +
+               "' --rotate 20,10 --fit --zoom 1.5 --pan 0.1,-0.2 --center 0.1,0,0 " +
+               "--scale 1,1,2 --size 40x30 --save-look '" + look + "'");
+  EXPECT_EQ(made.code, 0) << made.text;
+  EXPECT_EQ(made.text, "") << "nothing to warn of";
+  const auto keys = nlohmann::json::parse(contentOf(look));
+  EXPECT_EQ(keys["frame"], "fit");
+  EXPECT_EQ(keys["zoom"], 1.5);
+  EXPECT_EQ(keys["scale"], (nlohmann::json{1.0, 1.0, 2.0}));
+  const Outcome again = explorer("render " + archive() + " --look '" + look + "' -o '" +
+                                 file("framed_again.png") + "'");
+  EXPECT_EQ(again.code, 0) << again.text;
+  EXPECT_EQ(contentOf(file("framed.png")), contentOf(file("framed_again.png")));
+  const Outcome both = explorer("render " + archive() + " -o x.png --fit --frame orbit");
+  EXPECT_EQ(both.code, 2) << both.text;
+}
+
+TEST_F(Program, WarnsOnStandardErrorOfWhatALookAsksForInVain) {
+  const std::string render = "render " + archive() + " -o '" + file("vain.png") + "' ";
+  const Outcome time = explorer(render + "--time 1e9");
+  EXPECT_EQ(time.code, 0) << time.text;
+  EXPECT_NE(time.text.find("warning: no step is stored at time 1×10⁹"), std::string::npos)
+      << time.text;
+  const Outcome reference = explorer(render + "--source reference --colormap grey --ao");
+  EXPECT_EQ(reference.code, 0) << reference.text;
+  for (const char* key : {"'colormap' has no effect", "'ao' has no effect"})
+    EXPECT_NE(reference.text.find(key), std::string::npos) << reference.text;
+}
+
 TEST_F(Program, TellsErrorsFromWrongCommandLines) {
   const auto says = [](const std::string& arguments, int code, const char* word) {
     const Outcome outcome = explorer(arguments);

@@ -112,7 +112,7 @@ void GridPainter::place(LookGrid& grid, const Stretch& stretch) {
   grid.worldFromGrid = stretch.sceneFromWorld() * *worldFromGrid_;
   if (stretch == stretch_) return;
   stretch_ = stretch;
-  grid.normals.reset();
+  grid.gradient.reset();
   occlusion_.reset();
 }
 

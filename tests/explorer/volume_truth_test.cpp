@@ -104,7 +104,7 @@ TEST(VolumeTruth, LightBesideCellsWithoutDataIsThatOfTheField) {
     Look look;
     look.shading = Shading::Phong;
     look.lights = {{30.0, 0.0, 1.0}};
-    const LightSetup light = lightSetup(look, setup.camera, setup.camera, kBox.diagonal());
+    const LightSetup light = lightSetup(look, setup.camera, setup.camera, kBox);
     setup.light = &light;
     for (const VolumeMode mode : {VolumeMode::Compositing, VolumeMode::Isosurface}) {
       setup.mode = mode;
@@ -258,7 +258,7 @@ TEST(VolumeTruth, LitSurfacesHaveNoStripes) {
     look.lights = {{0.0, 0.0, 1.0}};
     for (const glm::dvec3 forward : {glm::dvec3(0, 1, 0), {-0.4, 1.0, 0.3}}) {
       setup.camera = frameBox(Box{glm::dvec3(-1.0), glm::dvec3(1.0)}, forward, {0, 0, 1}, 1.0);
-      const LightSetup light = lightSetup(look, setup.camera, setup.camera, box.diagonal());
+      const LightSetup light = lightSetup(look, setup.camera, setup.camera, box);
       setup.light = &light;
       const VolumeView view = pass.render(grid, setup);
       double squares = 0.0;
@@ -298,7 +298,8 @@ TEST(VolumeTruth, LightOnGentleSlopesHasNoStripes) {
     look.lights = {{20.0, 20.0, 1.0}};
     for (const glm::dvec3 forward : {glm::dvec3(0, 1, 0), {-0.4, 1.0, 0.3}}) {
       setup.camera = frameBox(Box{glm::dvec3(-1.0), glm::dvec3(1.0)}, forward, {0, 0, 1}, 1.0);
-      const LightSetup light = lightSetup(look, setup.camera, setup.camera, 1.0);
+      const LightSetup light =
+          lightSetup(look, setup.camera, setup.camera, Box{glm::dvec3(-1.0), glm::dvec3(1.0)});
       setup.light = &light;
       const VolumeView view = pass.render(grid, setup);
       const auto lit = [&](int x, int y) { return double(view.picture.pixel(x, y)[0]); };

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "explorer/cli.h"
 #include "explorer/export.h"
@@ -17,9 +18,13 @@ struct Options {
   bool channels = false, statistics = false, histograms = false;
 };
 
-void writeText(const std::filesystem::path& path, const std::string& text) {
-  writeDurably(path, std::as_bytes(std::span(text)));
-  fmt::print("{}\n", path.string());
+std::uintmax_t bytesOf(const std::filesystem::path& folder, const nlohmann::json& files) {
+  std::uintmax_t bytes = 0;
+  for (const auto& entry : files) {
+    std::error_code ignored;
+    bytes += std::filesystem::file_size(folder / entry["file"].get<std::string>(), ignored);
+  }
+  return bytes;
 }
 
 void run(const Options& options) {
@@ -31,29 +36,39 @@ void run(const Options& options) {
   if (error) {
     throw Error(ErrorCode::Io, options.output + " cannot be created: " + error.message());
   }
+  nlohmann::json files = nlohmann::json::array();
+  const auto table = [&](const char* name, const std::string& text, const char* meaning) {
+    writeDurably(folder / name, std::as_bytes(std::span(text)));
+    files.push_back(tableEntry(name, text, meaning));
+  };
   const bool all = !options.channels && !options.statistics && !options.histograms;
   if (all || options.statistics) {
-    writeText(folder / "statistics.csv", statisticsCsv(archive, rows));
+    table("statistics.csv", statisticsCsv(archive, rows), "statistics of each field and step");
   }
   if (all || options.histograms) {
-    writeText(folder / "histograms.csv", histogramsCsv(archive, rows));
+    table("histograms.csv", histogramsCsv(archive, rows), "samples in equal bins of values");
   }
-  if (!all && !options.channels) return;
-  std::vector<std::filesystem::path> files;
-  {
+  if (all || options.channels) {
     ProgressBar bar("export");
-    files = exportChannels(archive, rows, folder,
-                           options.format == "csv" ? ChannelFormat::Csv : ChannelFormat::Npy,
-                           [&](int done, int total) { bar.show(done, total); });
+    const ChannelFormat format = options.format == "csv" ? ChannelFormat::Csv : ChannelFormat::Npy;
+    for (auto& entry : exportChannels(archive, rows, folder, format,
+                                      [&](int done, int total) { bar.show(done, total); }))
+      files.push_back(std::move(entry));
   }
-  for (const std::filesystem::path& file : files) fmt::print("{}\n", file.string());
+  const std::string manifest = manifestText(archive, files);
+  writeDurably(folder / "manifest.json", std::as_bytes(std::span(manifest)));
+  fmt::print("{}: {} file{} of numbers, {:.3g} MB; what they hold: {}\n", options.output,
+             files.size(), files.size() == 1 ? "" : "s", 1e-6 * double(bytesOf(folder, files)),
+             (folder / "manifest.json").string());
 }
 
 }  // namespace
 
 void addExport(CLI::App& app, int&) {
   CLI::App* command = app.add_subcommand(
-      "export", "Writes channels (NumPy or CSV), statistics and histograms (CSV)");
+      "export",
+      "Writes numbers in field and world units: fields, lengths, depths ... (NumPy or CSV), "
+      "statistics and histograms (CSV), and a manifest.json that says what they are");
   auto options = std::make_shared<Options>();
   command->add_option("archive", options->archive, "Archive (NAME.cdb)")->required();
   command->add_option("-o,--output", options->output, "Folder, created where missing")->required();

@@ -4,65 +4,117 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 #include <utility>
 
+#include "explorer/export_arrays.h"
+#include "explorer/info.h"
 #include "explorer/npy.h"
-#include "proxy/durable_file.h"
+#include "explorer/output_file.h"
 #include "proxy/error.h"
 
 namespace vestige {
 namespace {
 
-void writeText(const std::filesystem::path& path, const std::string& text) {
-  writeDurably(path, std::as_bytes(std::span(text)));
-}
+using nlohmann::json;
 
-std::vector<float> stacked(const ProxyPart& part) {
-  std::vector<float> values;
-  for (const Channel& channel : part.channels) {
-    values.insert(values.end(), channel.values.begin(), channel.values.end());
+/// The values of one array as an .npy file.
+void writeNpy(const std::filesystem::path& path, const ExportArray& array) {
+  OutputFile file(path);
+  file.write(npyHeader(array.isDouble ? NpyType::Float64 : NpyType::Float32, array.shape()));
+  for (std::size_t i = 0; i < array.blocks; ++i) {
+    const std::vector<double> values = array.values(i);
+    if (array.isDouble) {
+      file.write(std::as_bytes(std::span(values)));
+    } else {
+      const std::vector<float> narrow(values.begin(), values.end());
+      file.write(std::as_bytes(std::span(narrow)));
+    }
   }
-  return values;
+  file.finish();
 }
 
-std::string channelNames(const ProxyPart& part) {
-  std::string text = "index,channel\n";
-  for (std::size_t i = 0; i < part.channels.size(); ++i) {
-    text += std::to_string(i) + "," + csvText(part.channels[i].name) + "\n";
-  }
-  return text;
-}
-
-std::string pixelLines(const ProxyPart& part, ImageSize size) {
-  std::string text = "x,y";
-  for (const Channel& channel : part.channels) text += "," + csvText(channel.name);
+/// One line for each pixel, sample or cluster: where it is, then its channels.
+void writeCsv(const std::filesystem::path& path, const ExportArray& array) {
+  OutputFile file(path);
+  const bool samples = array.axes.size() == 3;
+  std::string text = array.outer.empty() || samples ? "" : array.outer + ",";
+  if (array.pictures) text += "x,y,";
+  if (samples) text += "z,";
+  for (std::size_t c = 0; c < array.channels.size(); ++c)
+    text += (c ? "," : "") + csvText(array.channels[c].name);
   text += "\n";
-  for (int y = 0; y < size.height; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      text += std::to_string(x) + "," + std::to_string(y);
-      const std::size_t i = std::size_t(y) * std::size_t(size.width) + std::size_t(x);
-      for (const Channel& channel : part.channels) {
-        text += "," + csvNumber(double(channel.values[i]));
+  const std::size_t width = std::size_t(array.size.width);
+  for (std::size_t block = 0; block < array.blocks; ++block) {
+    const std::vector<double> values = array.values(block);
+    const std::size_t places = array.size.pixels();
+    for (std::size_t i = 0; i < places; ++i) {
+      const std::size_t x = i % width, y = i / width;
+      if (samples) {
+        text += csvNumber(array.axes[0][x]) + "," + csvNumber(array.axes[1][y]) + "," +
+                csvNumber(array.axes[2][block]) + ",";
+      } else {
+        if (!array.outer.empty()) text += std::to_string(block) + ",";
+        if (array.pictures) text += std::to_string(x) + "," + std::to_string(y) + ",";
+      }
+      for (std::size_t c = 0; c < array.channels.size(); ++c) {
+        const double value = values[c * places + i];
+        text += c ? "," : "";
+        text += array.isDouble ? csvNumber(value) : csvNumber(float(value));
       }
       text += "\n";
     }
+    file.write(text);
+    text.clear();
   }
-  return text;
+  file.write(text);
+  file.finish();
 }
 
-/// Planes of depths get one of their distortion Z/κ beside them in multi-perspective views
-/// (visualization-by-proxy eq. 2), which is not stored because it follows.
-void addDistortion(const ProxyHeader& header, ProxyPart& part) {
-  if (header.camera.projection != Projection::MultiPerspective) return;
-  const std::size_t stored = part.channels.size();
-  for (std::size_t i = 0; i < stored; ++i) {
-    if (part.channels[i].name != "Z" && part.name != "depth") continue;
-    Channel distortion = part.channels[i];
-    distortion.name = "distortion_" + distortion.name;
-    for (float& v : distortion.values) v = float(double(v) / header.camera.convergence);
-    part.channels.push_back(std::move(distortion));
+json channelsJson(const std::vector<ExportChannel>& channels) {
+  json list = json::array();
+  for (const ExportChannel& channel : channels) {
+    json& entry = list.emplace_back(
+        json{{"name", channel.name}, {"meaning", channel.meaning}, {"units", channel.units}});
+    if (channel.low) entry["low"] = *channel.low;
+    if (channel.high) entry["high"] = *channel.high;
   }
+  return list;
+}
+
+/// What a file of an array is, for the manifest.
+json entryOf(const ProxyHeader& header, const ExportArray& array) {
+  json entry{{"proxy", header.kind},        {"field", header.field},
+             {"view", header.view},         {"cycle", header.cycle},
+             {"time", header.time},         {"shape", array.shape()},
+             {"axes", array.axes},          {"dimensions", array.dimensions()},
+             {"largestError", array.error}, {"channels", channelsJson(array.channels)}};
+  if (!array.part.empty()) entry["part"] = array.part;
+  if (!array.axesMeaning.empty()) entry["axesMeaning"] = array.axesMeaning;
+  if (!array.slabDepths.empty()) entry["slabDepths"] = array.slabDepths;
+  if (array.axes.size() == 2) entry["camera"] = cameraInfo(header.camera);
+  const auto other = [&](const ExportChannel& channel) {
+    return channel.units != array.channels.front().units;
+  };
+  entry["units"] = std::any_of(array.channels.begin(), array.channels.end(), other)
+                       ? std::string("by channel")
+                       : array.channels.front().units;
+  return entry;
+}
+
+/// "CYCLE_VIEW_FIELD_PROXY_PART", or "CYCLE_VIEW_FIELD.PROXY" of a proxy that is one array; not
+/// among those `taken`.
+std::string stemOf(const ProxyHeader& header, const ExportArray& array,
+                   std::set<std::string>& taken) {
+  std::string stem =
+      std::to_string(header.cycle) + "_" + header.view + "_" + header.field +
+      (array.part.empty() ? "." + header.kind : "_" + header.kind + "_" + array.part);
+  std::replace(stem.begin(), stem.end(), '/', '_');
+  const std::string wanted = stem;
+  for (int i = 2; !taken.insert(stem).second; ++i) stem = std::to_string(i) + "_" + wanted;
+  return stem;
 }
 
 /// The headers of one file a (cycle, field): statistics are the same in all.
@@ -76,13 +128,21 @@ void forFieldSteps(const Archive& archive, const std::vector<ArchiveRow>& rows, 
 
 }  // namespace
 
-std::string csvNumber(double value) {
+namespace {
+
+template <typename Number>
+std::string shortest(Number value) {
   if (std::isnan(value)) return "nan";
-  if (std::isinf(value)) return value > 0.0 ? "inf" : "-inf";
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
   char text[64];
   const auto end = std::to_chars(text, text + sizeof text, value).ptr;
   return {text, end};
 }
+
+}  // namespace
+
+std::string csvNumber(double value) { return shortest(value); }
+std::string csvNumber(float value) { return shortest(value); }
 
 std::string csvText(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
@@ -127,42 +187,49 @@ std::vector<ArchiveRow> rowsPassing(const Archive& archive, const ExportFilter& 
   return rows;
 }
 
-std::vector<std::filesystem::path> exportChannels(const Archive& archive,
-                                                  const std::vector<ArchiveRow>& rows,
-                                                  const std::filesystem::path& folder,
-                                                  ChannelFormat format,
-                                                  const std::function<void(int, int)>& progress) {
+json exportChannels(const Archive& archive, const std::vector<ArchiveRow>& rows,
+                    const std::filesystem::path& folder, ChannelFormat format,
+                    const std::function<void(int, int)>& progress) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
     throw Error(ErrorCode::Io, folder.string() + " cannot be created: " + error.message());
   }
-  std::vector<std::filesystem::path> written;
+  json files = json::array();
+  std::set<std::string> taken;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const ArchiveRow& row = rows[i];
-    const ExrFile file = archive.open(row);
-    const ImageSize size = file.header().size;
-    for (const std::string& name : file.partNames()) {
-      ProxyPart part = file.part(name);
-      addDistortion(file.header(), part);
-      std::string stem = std::to_string(row.cycle) + "_" + row.view + "_" + row.field + "_" +
-                         row.proxy + "_" + name;
-      std::replace(stem.begin(), stem.end(), '/', '_');
-      if (format == ChannelFormat::Npy) {
-        const std::vector<std::size_t> shape{part.channels.size(), std::size_t(size.height),
-                                             std::size_t(size.width)};
-        written.push_back(folder / (stem + ".npy"));
-        writeDurably(written.back(), encodeNpy(stacked(part), shape));
-        written.push_back(folder / (stem + ".channels.csv"));
-        writeText(written.back(), channelNames(part));
-      } else {
-        written.push_back(folder / (stem + ".csv"));
-        writeText(written.back(), pixelLines(part, size));
-      }
+    const ExrFile file = archive.open(rows[i]);
+    for (const ExportArray& array : exportArrays(file)) {
+      const bool npy = format == ChannelFormat::Npy;
+      const std::string name = stemOf(file.header(), array, taken) + (npy ? ".npy" : ".csv");
+      (npy ? writeNpy : writeCsv)(folder / name, array);
+      files.push_back(entryOf(file.header(), array));
+      files.back()["file"] = name;
     }
     if (progress) progress(int(i) + 1, int(rows.size()));
   }
-  return written;
+  return files;
+}
+
+json tableEntry(const std::string& file, const std::string& csv, const std::string& meaning) {
+  json columns = json::array();
+  std::stringstream names(csv.substr(0, csv.find('\n')));
+  for (std::string name; std::getline(names, name, ',');) columns.push_back({{"name", name}});
+  const auto lines = std::count(csv.begin(), csv.end(), '\n') - 1;
+  return {{"file", file},
+          {"meaning", meaning},
+          {"shape", {lines, columns.size()}},
+          {"dimensions", {"line", "channel"}},
+          {"axes", json::array()},
+          {"units", "the field's"},
+          {"channels", std::move(columns)}};
+}
+
+std::string manifestText(const Archive& archive, const json& files) {
+  std::string text =
+      "{\n\"archive\": " + json(archive.directory().string()).dump() + ",\n\"files\": [";
+  for (std::size_t i = 0; i < files.size(); ++i) text += (i ? ",\n" : "\n") + files[i].dump();
+  return text + "\n]\n}\n";
 }
 
 std::string statisticsCsv(const Archive& archive, const std::vector<ArchiveRow>& rows) {

@@ -34,6 +34,8 @@ std::uint64_t sizeOf(const std::filesystem::path& path) {
   return error ? 0 : std::uint64_t(size);
 }
 
+}  // namespace
+
 json cameraInfo(const Camera& camera) {
   const auto vector = [](glm::dvec3 v) { return json{v.x, v.y, v.z}; };
   json info{{"projection", camera.projection == Projection::Orthographic  ? "orthographic"
@@ -50,6 +52,8 @@ json cameraInfo(const Camera& camera) {
   if (camera.projection == Projection::MultiPerspective) info["convergence"] = camera.convergence;
   return info;
 }
+
+namespace {
 
 json fieldInfo(const ProxyHeader& header) {
   json info{{"name", header.field},

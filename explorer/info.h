@@ -9,11 +9,14 @@
 namespace vestige {
 
 /// What an archive holds: steps, views, fields with units, range and intervals, proxies with their
-/// bytes; and of the last step's depth layers how obliquely rays meet them (Radiality), for which it
-/// decodes at most twelve files. Otherwise opens one file a (field, proxy).
+/// bytes; and of the last step's depth layers how obliquely rays meet them (Radiality), for which
+/// it decodes at most twelve files. Otherwise opens one file a (field, proxy).
 nlohmann::json archiveInfo(const Archive& archive);
 /// The same for people.
 std::string infoText(const nlohmann::json& info);
+
+/// A camera: projection, position, forward, up and what is its own.
+nlohmann::json cameraInfo(const Camera& camera);
 
 /// timings.csv of an archive: {"columns": [...], "rows": [[...], ...]} as stored, texts as texts
 /// and numbers as numbers. Throws NotFound when there is none, Format naming a bad line.

@@ -3,12 +3,14 @@
 
 #include <cstddef>
 #include <span>
-#include <vector>
+#include <string>
 
 namespace vestige {
 
-/// The bytes of a NumPy .npy file, version 1.0: little-endian float32 in C order. Throws
-/// InvalidArgument when the shape does not hold exactly the values.
-std::vector<std::byte> encodeNpy(std::span<const float> values, std::span<const std::size_t> shape);
+enum class NpyType { Float32, Float64 };
+
+/// What stands before the values of a NumPy .npy file, version 1.0: little-endian values in C
+/// order follow.
+std::string npyHeader(NpyType type, std::span<const std::size_t> shape);
 
 }  // namespace vestige

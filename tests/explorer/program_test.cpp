@@ -228,6 +228,15 @@ TEST_F(Program, ExportsNumbers) {
       << contentOf(file("numbers/statistics.csv"));
   EXPECT_NE(contentOf(file("numbers/histograms.csv")).find(",4\n"), std::string::npos);
   EXPECT_EQ(explorer("export " + archive() + " -o '" + file("x") + "' --field none").code, 1);
+  // One line whatever is written; the manifest names the files.
+  EXPECT_EQ(std::count(outcome.text.begin(), outcome.text.end(), '\n'), 1) << outcome.text;
+  EXPECT_NE(outcome.text.find("manifest.json"), std::string::npos) << outcome.text;
+  const auto manifest = nlohmann::json::parse(contentOf(file("numbers/manifest.json")));
+  EXPECT_EQ(manifest["files"].size(), 6u);
+  for (const auto& entry : manifest["files"]) {
+    EXPECT_TRUE(std::filesystem::exists(file("numbers/" + entry["file"].get<std::string>())));
+    EXPECT_FALSE(entry["channels"].empty());
+  }
 }
 
 TEST_F(Program, MakesMoviesOverTimeAndOfATurn) {

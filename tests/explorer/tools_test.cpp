@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -11,7 +10,6 @@
 #include "explorer/info.h"
 #include "explorer/layers.h"
 #include "explorer/movie.h"
-#include "explorer/npy.h"
 #include "explorer/parallel.h"
 #include "explorer/picture.h"
 #include "explorer/subprocess.h"
@@ -64,27 +62,6 @@ TEST(Info, SaysWhichCyclesWereMadeHow) {
   const std::string damaged = infoText(archiveInfo(Archive(path)));
   EXPECT_NE(damaged.find("cycle 11 made by what cannot be read: "), std::string::npos) << damaged;
   EXPECT_NE(damaged.find("cycle 12 made by x; rung 2"), std::string::npos) << damaged;
-}
-
-TEST(Npy, HoldsAHeaderThatNumPyReadsAndTheValues) {
-  const std::vector<float> values{1.0f, 2.5f, -3.0f, 0.0f, 7.0f, 8.0f};
-  const std::vector<std::size_t> shape{2, 3};
-  const std::vector<std::byte> bytes = encodeNpy(values, shape);
-  const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  EXPECT_EQ(text.substr(0, 8), std::string("\x93NUMPY\x01\x00", 8));
-  const std::size_t header = std::size_t(bytes[8]) + 256 * std::size_t(bytes[9]);
-  EXPECT_EQ((10 + header) % 64, 0u);
-  EXPECT_EQ(text[9 + header], '\n');
-  std::vector<float> back(6);
-  std::memcpy(back.data(), bytes.data() + 10 + header, 24);
-  EXPECT_EQ(back, values);
-  EXPECT_EQ(bytes.size(), 10 + header + 24);
-}
-
-TEST(Npy, RefusesAShapeThatDoesNotHoldTheValues) {
-  const std::vector<float> values(5);
-  const std::vector<std::size_t> shape{2, 3};
-  EXPECT_EQ(codeOf([&] { encodeNpy(values, shape); }), ErrorCode::InvalidArgument);
 }
 
 TEST(Csv, WritesNumbersThatReadBackAndQuotesText) {

@@ -8,6 +8,7 @@
 
 #include "adaptor/adaptor_error.h"
 #include "adaptor/config_reader.h"
+#include "proxy/nearest_word.h"
 
 namespace vestige {
 namespace {

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proxy/json_object.h"
+#include "proxy/nearest_word.h"
 
 namespace vestige {
 namespace {
@@ -300,30 +301,6 @@ void ConfigReader::rejectUnknownKeys() const {
     fail(name, near.empty() ? fmt::format("unknown key; known are {}", fmt::join(known, ", "))
                             : fmt::format("unknown key; did you mean {}?", near));
   }
-}
-
-std::string nearestWord(const std::string& word, const std::vector<std::string>& candidates) {
-  std::string best;
-  std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
-  for (const auto& candidate : candidates) {
-    // Levenshtein's distance, one row at a time.
-    std::vector<std::size_t> row(candidate.size() + 1);
-    for (std::size_t j = 0; j < row.size(); ++j) row[j] = j;
-    for (std::size_t i = 1; i <= word.size(); ++i) {
-      std::size_t diagonal = row[0];
-      row[0] = i;
-      for (std::size_t j = 1; j < row.size(); ++j) {
-        const std::size_t replaced = diagonal + (word[i - 1] == candidate[j - 1] ? 0 : 1);
-        diagonal = row[j];
-        row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-      }
-    }
-    if (row.back() < least) {
-      least = row.back();
-      best = candidate;
-    }
-  }
-  return best;
 }
 
 }  // namespace vestige

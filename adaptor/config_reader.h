@@ -88,7 +88,4 @@ class ConfigDocument {
   std::unique_ptr<toml::table> table_;
 };
 
-/// The candidate with the smallest edit distance, or "" if none is near.
-std::string nearestWord(const std::string& word, const std::vector<std::string>& candidates);
-
 }  // namespace vestige

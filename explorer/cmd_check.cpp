@@ -6,6 +6,7 @@
 #include "explorer/cli.h"
 #include "proxy/archive.h"
 #include "proxy/error.h"
+#include "proxy/exr_file.h"
 #include "proxy/launch.h"
 
 namespace vestige::cli {
@@ -29,8 +30,14 @@ void sayWhetherAlone(const Archive& archive) {
 }
 
 int run(const Options& options) {
+  setExrThreads(0);  // a thread a file: those that OpenEXR would wake for each stand in their way
   if (options.repair) {
-    for (const Finding& finding : repairArchive(options.archive)) {
+    std::vector<Finding> leftOut;
+    {
+      ProgressBar bar("repair");
+      leftOut = repairArchive(options.archive, [&](int done, int total) { bar.show(done, total); });
+    }
+    for (const Finding& finding : leftOut) {
       fmt::print("left out: {}: {}\n", finding.file, finding.problem);
     }
   }

@@ -7,6 +7,8 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "proxy/exr_file.h"
@@ -62,6 +64,7 @@ class ArchiveWriter {
   /// last line and removes what an interrupted step left behind. A directory that is no archive but
   /// not empty is refused whatever the policy (Exists), and so is one that another writer holds.
   ArchiveWriter(std::filesystem::path directory, ExistingArchive policy);
+  /// Takes away a table that it began, and its folder, if no step was written.
   ~ArchiveWriter();
   ArchiveWriter(const ArchiveWriter&) = delete;
   ArchiveWriter& operator=(const ArchiveWriter&) = delete;
@@ -94,9 +97,10 @@ class ArchiveWriter {
 
   std::filesystem::path directory_;
   std::unique_ptr<ArchiveLock> lock_;
-  std::vector<ArchiveRow> rows_;  ///< the table
-  std::size_t earlier_ = 0;       ///< of these, the first are of the run that we append to
-  bool lost_ = false;             ///< the directory or its table vanished
+  bool madeFolder_ = false, began_ = false;  ///< the folder; a table where there was none
+  std::vector<ArchiveRow> rows_;             ///< the table
+  std::size_t earlier_ = 0;  ///< of these, the first are of the run that we append to
+  bool lost_ = false;        ///< the directory or its table vanished
 };
 
 /// Reads an archive. The constructor parses the table only; files open when asked for.
@@ -110,7 +114,8 @@ class Archive {
   const std::vector<ArchiveRow>& rows() const& { return rows_; }
   std::vector<ArchiveRow> rows() && { return std::move(rows_); }
   /// Distinct values in order of appearance; cycles sorted.
-  std::vector<long> cycles() const;
+  const std::vector<long>& cycles() const& { return cycles_; }
+  std::vector<long> cycles() && { return std::move(cycles_); }
   std::vector<std::string> views() const;
   std::vector<std::string> fields() const;
   std::vector<std::string> proxies() const;
@@ -126,6 +131,8 @@ class Archive {
  private:
   std::filesystem::path directory_;
   std::vector<ArchiveRow> rows_;
+  std::vector<long> cycles_;
+  std::unordered_map<long, std::vector<std::size_t>> rowsOf_;  ///< of a cycle, in order
 };
 
 /// One finding of checkArchive: what is wrong with which file, or with the table. A leftover is
@@ -140,7 +147,8 @@ struct Finding {
 /// Verifies that the table is a valid Cinema Spec D table, that every file it names exists, lies
 /// inside, decodes, agrees with its row and holds values in their stated ranges, that previews are
 /// as large as their proxies and that timings.csv names no step that the table lacks; and names
-/// files that no row mentions. `progress(done, total)` may be empty.
+/// files that no row mentions. Files are decoded on as many threads as there are cores;
+/// `progress(done, total)`, which may be empty, is called by any of them, one at a time.
 std::vector<Finding> checkArchive(const std::filesystem::path& directory,
                                   const std::function<void(int, int)>& progress = {});
 /// Rebuilds data.csv from the sound files among those that it should name; returns what it left out
@@ -148,8 +156,10 @@ std::vector<Finding> checkArchive(const std::filesystem::path& directory,
 /// those of a step that only timings.csv names and, when it is missing or has lines that cannot be
 /// read, all but those of a step whose writing was cut off. Drops other lines of timings.csv and
 /// leftover
-/// *.tmp files. Throws NotFound when there is no such folder, Exists while a run writes to it.
-std::vector<Finding> repairArchive(const std::filesystem::path& directory);
+/// *.tmp files. Threads and `progress` as in checkArchive. Throws NotFound when there is no such
+/// folder, Exists while a run writes to it.
+std::vector<Finding> repairArchive(const std::filesystem::path& directory,
+                                   const std::function<void(int, int)>& progress = {});
 
 /// The text of a table, header line included; and back. Exposed for tests and for other writers.
 std::string tableText(const std::vector<ArchiveRow>& rows);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <set>
 #include <tuple>
@@ -9,6 +10,7 @@
 #include "proxy/archive.h"
 #include "proxy/archive_paths.h"
 #include "proxy/durable_file.h"
+#include "proxy/each_file.h"
 #include "proxy/error.h"
 #include "proxy/png_file.h"
 #include "proxy/proxy_check.h"
@@ -159,10 +161,12 @@ std::vector<Finding> checkArchive(const fs::path& directory,
   std::vector<Finding> findings;
   std::vector<ArchiveRow> rows = readTable(directory, findings);
   checkRows(rows, findings);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    checkRow(directory, rows[i], findings);
-    if (progress) progress(int(i) + 1, int(rows.size()));
-  }
+  std::vector<std::vector<Finding>> ofRow(rows.size());
+  forEachFile(
+      int(rows.size()),
+      [&](int i) { checkRow(directory, rows[std::size_t(i)], ofRow[std::size_t(i)]); }, progress);
+  for (std::vector<Finding>& found : ofRow)
+    std::move(found.begin(), found.end(), std::back_inserter(findings));
   checkTimings(directory, rows, findings);
   checkUnnamedFiles(directory, rows, findings);
   return findings;

@@ -9,11 +9,11 @@
 namespace vestige {
 namespace {
 
-template <typename Value, typename Member>
-std::vector<Value> distinct(const std::vector<ArchiveRow>& rows, Member member) {
-  std::vector<Value> values;
+template <typename Member>
+std::vector<std::string> distinct(const std::vector<ArchiveRow>& rows, Member member) {
+  std::vector<std::string> values;
   for (const ArchiveRow& row : rows) {
-    const Value& value = row.*member;
+    const std::string& value = row.*member;
     // Rows come in runs: the value is mostly the last one.
     if (!values.empty() && values.back() == value) continue;
     if (std::find(values.rbegin(), values.rend(), value) == values.rend()) values.push_back(value);
@@ -38,35 +38,33 @@ Archive::Archive(std::filesystem::path directory) : directory_(std::move(directo
   } catch (const Error& e) {
     throw Error(e.code(), "archive '" + directory_.string() + "': " + e.what());
   }
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    std::vector<std::size_t>& those = rowsOf_[rows_[i].cycle];
+    if (those.empty()) cycles_.push_back(rows_[i].cycle);
+    those.push_back(i);
+  }
+  std::sort(cycles_.begin(), cycles_.end());
 }
 
-std::vector<long> Archive::cycles() const {
-  std::vector<long> cycles = distinct<long>(rows_, &ArchiveRow::cycle);
-  std::sort(cycles.begin(), cycles.end());
-  return cycles;
-}
-std::vector<std::string> Archive::views() const {
-  return distinct<std::string>(rows_, &ArchiveRow::view);
-}
-std::vector<std::string> Archive::fields() const {
-  return distinct<std::string>(rows_, &ArchiveRow::field);
-}
-std::vector<std::string> Archive::proxies() const {
-  return distinct<std::string>(rows_, &ArchiveRow::proxy);
-}
+std::vector<std::string> Archive::views() const { return distinct(rows_, &ArchiveRow::view); }
+std::vector<std::string> Archive::fields() const { return distinct(rows_, &ArchiveRow::field); }
+std::vector<std::string> Archive::proxies() const { return distinct(rows_, &ArchiveRow::proxy); }
 
 double Archive::timeOf(long cycle) const {
-  for (const ArchiveRow& row : rows_)
-    if (row.cycle == cycle) return row.time;
+  const auto found = rowsOf_.find(cycle);
+  if (found != rowsOf_.end()) return rows_[found->second.front()].time;
   throw Error(ErrorCode::NotFound,
               "archive '" + directory_.string() + "' has no cycle " + std::to_string(cycle));
 }
 
 const ArchiveRow* Archive::find(long cycle, const std::string& view, const std::string& field,
                                 std::string_view proxy) const {
-  for (const ArchiveRow& row : rows_)
-    if (row.cycle == cycle && row.proxy == proxy && row.field == field && row.view == view)
-      return &row;
+  const auto those = rowsOf_.find(cycle);
+  if (those == rowsOf_.end()) return nullptr;
+  for (const std::size_t i : those->second) {
+    const ArchiveRow& row = rows_[i];
+    if (row.proxy == proxy && row.field == field && row.view == view) return &row;
+  }
   return nullptr;
 }
 

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <set>
 #include <span>
 
@@ -7,6 +10,7 @@
 #include "proxy/archive_lock.h"
 #include "proxy/archive_paths.h"
 #include "proxy/durable_file.h"
+#include "proxy/each_file.h"
 #include "proxy/error.h"
 #include "proxy/png_file.h"
 #include "proxy/proxy_check.h"
@@ -91,7 +95,7 @@ ArchiveRow rowOf(const fs::path& directory, const std::string& exr, const ExrFil
   std::error_code failed;
   if (!fs::exists(directory / png, failed)) return row;
   try {
-    if (readPng(directory / png).size != h.size)
+    if (readPng(directory / png).size != squarePixels(h.size, h.camera.pixelAspect))
       throw Error(ErrorCode::Format, "it is not as large as the proxy");
     row.png = png;
   } catch (const Error& e) {
@@ -100,39 +104,61 @@ ArchiveRow rowOf(const fs::path& directory, const std::string& exr, const ExrFil
   return row;
 }
 
+/// What becomes of a file: a row, or findings, or both.
+struct Examined {
+  std::optional<ArchiveRow> row;
+  std::vector<Finding> leftOut;
+};
+
+Examined examine(const fs::path& directory, const std::string& file, const Claims& claims) {
+  Examined examined;
+  try {
+    const ExrFile exr(directory / file);
+    if (!claims.shouldName(file, exr.header()))
+      throw Error(ErrorCode::Format, "it is of a step that was not finished or is superseded");
+    examined.row = rowOf(directory, file, exr, examined.leftOut);
+  } catch (const Error& e) {
+    examined.leftOut.push_back({file, e.what()});
+  } catch (const std::bad_alloc&) {
+    examined.leftOut.push_back({file, "it needs more memory than there is"});
+  }
+  return examined;
+}
+
 }  // namespace
 
-std::vector<Finding> repairArchive(const fs::path& directory) {
+std::vector<Finding> repairArchive(const fs::path& directory,
+                                   const std::function<void(int, int)>& progress) {
   std::error_code failed;
   if (!fs::is_directory(directory, failed))
     throw Error(ErrorCode::NotFound, "'" + directory.string() + "' is no folder");
   const ArchiveLock lock(directory);
   const std::vector<std::string> files = filesInCycles(directory);
   const Claims claims(readableTable(directory), readTimings(directory), files);
+  std::vector<std::string> exrs;
+  std::copy_if(files.begin(), files.end(), std::back_inserter(exrs),
+               [](const std::string& file) { return file.ends_with(".exr"); });
+  std::vector<Examined> examined(exrs.size());
+  forEachFile(
+      int(exrs.size()),
+      [&](int i) { examined[std::size_t(i)] = examine(directory, exrs[std::size_t(i)], claims); },
+      progress);
 
   std::vector<Finding> leftOut;
   std::map<RowKey, ArchiveRow> rows;  // sorted by cycle, view, field, proxy
-  for (const std::string& file : files) {
-    if (!file.ends_with(".exr")) continue;
-    try {
-      const ExrFile exr(directory / file);
-      if (!claims.shouldName(file, exr.header()))
-        throw Error(ErrorCode::Format, "it is of a step that was not finished or is superseded");
-      ArchiveRow row = rowOf(directory, file, exr, leftOut);
-      auto [it, isNew] = rows.emplace(keyOf(row), row);
-      if (isNew) continue;
-      // Of two files of one row, the old table's; else the later one.
-      const auto rank = [&](const ArchiveRow& r) {
-        return std::pair(claims.names(r.exr), generationOf(r.exr));
-      };
-      if (rank(row) > rank(it->second)) std::swap(it->second, row);
-      leftOut.push_back(
-          {row.exr, "'" + it->second.exr + "' is the same step, view, field and proxy"});
-    } catch (const Error& e) {
-      leftOut.push_back({file, e.what()});
-    } catch (const std::bad_alloc&) {
-      leftOut.push_back({file, "it needs more memory than there is"});
-    }
+  for (Examined& each : examined) {
+    std::move(each.leftOut.begin(), each.leftOut.end(), std::back_inserter(leftOut));
+    if (!each.row) continue;
+    ArchiveRow& row = *each.row;
+    auto [it, isNew] = rows.emplace(keyOf(row), row);
+    if (isNew) continue;
+    // Of two files of one row, the old table's; else the later one.
+    const auto rank = [&](const ArchiveRow& r) {
+      return std::pair(claims.names(r.exr), generationOf(r.exr));
+    };
+    if (rank(row) > rank(it->second)) std::swap(it->second, row);
+    leftOut.push_back(
+        {row.exr, "'" + it->second.exr + "' is the same step, view, field and proxy"});
   }
 
   std::vector<ArchiveRow> table;

@@ -102,12 +102,22 @@ EncodedProxy encodeProxy(const FeatureStack& stack, const Raster* preview) {
 
 ArchiveWriter::ArchiveWriter(fs::path directory, ExistingArchive policy)
     : directory_(fs::absolute(directory)) {
+  std::error_code failed;
+  madeFolder_ = !fs::exists(directory_, failed);
   createFoldersDurably(directory_);
   lock_ = std::make_unique<ArchiveLock>(directory_);
   takeOver(policy);
 }
 
-ArchiveWriter::~ArchiveWriter() = default;
+ArchiveWriter::~ArchiveWriter() {
+  std::error_code ignored;
+  const fs::path table = directory_ / kTableName;
+  if (!began_ || !rows_.empty() || !intact() ||
+      fs::file_size(table, ignored) != tableHeaderLine().size())
+    return;
+  fs::remove(table, ignored);
+  if (madeFolder_) fs::remove(directory_, ignored);  // unless something else lies there
+}
 
 void ArchiveWriter::takeOver(ExistingArchive policy) {
   const fs::path table = directory_ / kTableName;
@@ -117,7 +127,9 @@ void ArchiveWriter::takeOver(ExistingArchive policy) {
       throw Error(
           ErrorCode::Exists,
           "'" + directory_.string() + "' is neither empty nor an archive: it has no " + kTableName);
-    return writeTable({});
+    writeTable({});
+    began_ = true;
+    return;
   }
   if (policy == ExistingArchive::Refuse)
     throw Error(ErrorCode::Exists, "archive '" + directory_.string() +

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "proxy/nearest_word.h"
+
 namespace vestige {
 
 JsonObject::JsonObject(const nlohmann::json& json, std::string path, std::string owner)
@@ -66,7 +68,7 @@ void JsonObject::finish() const {
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
     std::string choices;
     for (const std::string& known : known_) choices += (choices.empty() ? "" : ", ") + known;
-    fail(key, "is not known here; known: " + choices);
+    fail(key, "is not known here" + didYouMean(key, known_) + "; known: " + choices);
   }
 }
 

@@ -9,6 +9,7 @@
 #include "adaptor/config_reader.h"
 #include "adaptor/views.h"
 #include "proxy/error.h"
+#include "proxy/nearest_word.h"
 
 namespace vestige {
 namespace {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 
 #include "proxy/durable_file.h"
+#include "proxy/each_file.h"
 #include "proxy/proxy_check.h"
 #include "tests/proxy/archive_fixture.h"
 
@@ -362,6 +364,45 @@ TEST_F(ArchiveCheck, TheReaderOfTheFormatPageReadsTheSameValues) {
         }
       }
   }
+}
+
+TEST_F(ArchiveCheck, FindsTheSameInTheSameOrderWhicheverThreadReads) {
+  for (const char* proxy : {"length", "depth"})
+    for (const long cycle : {0L, 10L}) fs::resize_file(path_ / file(cycle, proxy, "exr"), 100);
+  const auto text = [&] {
+    std::string all;
+    for (const Finding& f : findings(false)) all += f.file + ": " + f.problem + "\n";
+    return all;
+  };
+  const std::string first = text();
+  EXPECT_EQ(std::count(first.begin(), first.end(), '\n'), 4) << first;
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(text(), first);
+}
+
+TEST_F(ArchiveCheck, TellsItsProgressOnceAFile) {
+  for (const bool repair : {false, true}) {
+    std::vector<int> calls;
+    const auto note = [&](int done, int total) {
+      EXPECT_EQ(total, int(archive_->rows().size()));
+      calls.push_back(done);
+    };
+    repair ? repairArchive(path_, note) : checkArchive(path_, note);
+    ASSERT_EQ(calls.size(), archive_->rows().size());
+    for (std::size_t i = 0; i < calls.size(); ++i) EXPECT_EQ(calls[i], int(i) + 1);
+  }
+}
+
+TEST(EachFile, RunsEachOnceAndPassesTheFirstExceptionOn) {
+  std::vector<std::atomic<int>> runs(500);
+  forEachFile(500, [&](int i) { ++runs[std::size_t(i)]; }, {});
+  for (const auto& count : runs) EXPECT_EQ(count, 1);
+  EXPECT_THROW(forEachFile(100,
+                           [](int i) {
+                             if (i == 7) throw Error(ErrorCode::Io, "seven");
+                           },
+                           {}),
+               Error);
+  forEachFile(0, [](int) { FAIL(); }, {});
 }
 
 }  // namespace

@@ -195,6 +195,21 @@ TEST_F(ArchiveRepair, TimingsAreChecked) {
   EXPECT_NE(damage().find("line 2: its time is 0.25, the table says 0.5"), std::string::npos);
 }
 
+TEST_F(ArchiveRepair, PreviewsOfPixelsThatAreNotSquareStay) {
+  Folder folder;
+  ProxyHeader header = someHeader({12, 10});
+  header.camera.pixelAspect = 2.0;
+  const Raster preview = someRaster(squarePixels(header.size, 2.0));
+  ASSERT_NE(preview.size, header.size);
+  const ProxyImage image =
+      referenceImage(header, std::vector<float>(360, 0.0f), std::vector<float>(120, 1.0f));
+  ArchiveWriter(folder / "a.cdb", ExistingArchive::Refuse)
+      .writeStep({encodeProxy(image, &preview)});
+  EXPECT_TRUE(checkArchive(folder / "a.cdb").empty());
+  EXPECT_TRUE(repairArchive(folder / "a.cdb").empty());
+  EXPECT_TRUE(Archive(folder / "a.cdb").rows().front().hasPreview());
+}
+
 TEST_F(ArchiveRepair, APreviewOfAnotherSizeThanItsProxyIsDamage) {
   const std::string png = Archive(path_).rows()[0].png;
   writeDurably(path_ / png, encodePng(someRaster({8, 6})));

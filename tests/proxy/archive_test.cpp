@@ -43,6 +43,50 @@ TEST(Archive, WhatIsWrittenIsReadAndPassesTheCheck) {
   EXPECT_EQ(last, 15);
 }
 
+TEST(Archive, FindsRowsWhateverTheirOrderInTheTable) {
+  Folder folder;
+  std::vector<ArchiveRow> rows;
+  for (const char* proxy : {"length", "mip"})
+    for (const long cycle : {30L, 10L, 20L})
+      rows.push_back({0.5 * double(cycle), cycle, "front", "t", proxy, "x.exr", "x.exr"});
+  fs::create_directories(folder / "a.cdb");
+  overwrite(folder / "a.cdb/data.csv", tableText(rows));
+  const Archive archive(folder / "a.cdb");
+  EXPECT_EQ(archive.cycles(), (std::vector<long>{10, 20, 30}));
+  EXPECT_EQ(Archive(folder / "a.cdb").cycles(), archive.cycles());
+  EXPECT_EQ(archive.timeOf(20), 10.0);
+  EXPECT_EQ(archive.find(10, "front", "t", "mip"), &archive.rows()[4]);
+  EXPECT_EQ(archive.find(10, "front", "t", "depth"), nullptr);
+  EXPECT_EQ(archive.find(11, "front", "t", "mip"), nullptr);
+  const Archive copy = archive;
+  EXPECT_EQ(copy.find(30, "front", "t", "length"), &copy.rows()[0]);
+}
+
+TEST(Archive, AWriterThatWroteNoStepTakesAwayWhatItBegan) {
+  Folder folder;
+  const fs::path path = folder / "run.cdb";
+  {
+    ArchiveWriter writer(path, ExistingArchive::Refuse);
+    EXPECT_TRUE(Archive(path).rows().empty());  // readers find it meanwhile
+  }
+  EXPECT_FALSE(fs::exists(path));
+  fs::create_directory(path);  // the user's
+  { ArchiveWriter writer(path, ExistingArchive::Refuse); }
+  EXPECT_TRUE(fs::is_empty(path));
+  {
+    ArchiveWriter writer(path, ExistingArchive::Refuse);
+    overwrite(path / "note.txt", "mine");
+  }
+  EXPECT_TRUE(fs::exists(path / "note.txt"));
+  fs::remove(path / "note.txt");
+  {
+    ArchiveWriter writer(path, ExistingArchive::Refuse);
+    writeStep(writer, 0, 0.0);
+  }
+  { ArchiveWriter writer(path, ExistingArchive::Append); }
+  EXPECT_EQ(Archive(path).rows().size(), 5u);
+}
+
 TEST(Archive, EqualRunsGiveEqualBytes) {
   Folder folder;
   for (const char* name : {"a.cdb", "b.cdb"}) {

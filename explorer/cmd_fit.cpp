@@ -1,17 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <sstream>
 
+#include "explorer/annotate.h"
 #include "explorer/cli.h"
 #include "explorer/field_bundle.h"
 #include "explorer/renderer.h"
+#include "explorer/stack_source.h"
+#include "explorer/stated_error.h"
 #include "proxy/classifier/fit.h"
 #include "proxy/durable_file.h"
 #include "proxy/error.h"
+#include "proxy/field_layout.h"
 
 namespace vestige::cli {
 namespace {
@@ -138,57 +144,124 @@ nlohmann::json classifierWith(const Options& options, const std::vector<std::str
   return classifier;
 }
 
+/// What is brushed, drawn: light on dark, so that it shows on any colour.
+void drawOutline(Picture& picture, const std::vector<glm::dvec2>& points) {
+  const double thin = std::max(1.0, picture.size.height / 400.0);
+  for (const auto& [width, ink] : {std::pair{3.0 * thin, 0.0}, std::pair{thin, 1.0}})
+    for (std::size_t i = 0; i + 1 < points.size(); ++i)
+      drawLine(picture, points[i], points[i + 1], width, glm::dvec3(ink));
+}
+
+void drawDisc(Picture& picture, double x, double y, double radius) {
+  std::vector<glm::dvec2> circle;
+  for (int i = 0; i <= 64; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / 64;
+    circle.emplace_back(x + 0.5 + std::max(radius, 1.0) * std::cos(angle),
+                        y + 0.5 + std::max(radius, 1.0) * std::sin(angle));
+  }
+  drawOutline(picture, circle);
+}
+
+void drawBox(Picture& picture, const Camera& camera, const Box& box) {
+  for (int from = 0; from < 8; ++from)
+    for (int axis = 0; axis < 3; ++axis) {
+      if (from >> axis & 1) continue;
+      const auto at = [&](int corner) {
+        return glm::dvec2(camera.project(box.corner(corner), picture.size));
+      };
+      drawOutline(picture, {at(from), at(from | 1 << axis)});
+    }
+}
+
+/// The discs of the slice go into the brush; --picture shows them and the region.
 void brushPicture(const Options& options, const std::shared_ptr<const Archive>& archive,
-                  Brush& brush) {
+                  const std::string& field, const std::optional<Box>& region, Brush& brush) {
   Look look = options.look->look();
-  if (!look.slice) {
+  if (!options.brushes.empty() && !look.slice) {
     throw Error(ErrorCode::Config, "--brush paints on a slice: give --slice NX,NY,NZ,D");
   }
-  look.draw = Draw::Slice;
+  if (look.slice) look.draw = Draw::Slice;
+  if (look.field.empty()) look.field = field;
   Renderer renderer(gl::Device::create(options.look->backend()), archive);
-  const Rendered slice = renderer.render(look);
-  printWarnings(slice.warnings);
-  if (!options.picture.empty()) writePicture(options.picture, slice.picture);
+  Rendered shown = renderer.render(look);
+  printWarnings(shown.warnings);
   for (const std::string& text : options.brushes) {
     const auto disc = numbersFromText("--brush", text, 3, 3);
     if (!(disc[2] >= 0.0 && disc[2] <= 1e4)) {
       throw Error(ErrorCode::Config, fmt::format("--brush '{}': a radius of {}", text, disc[2]));
     }
-    brush.addDisc(slice, *look.slice, disc[0], disc[1], disc[2]);
+    brush.addDisc(shown, *look.slice, disc[0], disc[1], disc[2]);
+    drawDisc(shown.picture, disc[0], disc[1], disc[2]);
   }
+  if (region) drawBox(shown.picture, shown.camera, *region);
+  if (!options.picture.empty()) writePicture(options.picture, shown.picture);
+}
+
+/// How true the samples of the fields are around these values.
+std::vector<SampleError> errorsOf(const Archive& archive, long cycle,
+                                  const std::vector<std::string>& fields,
+                                  const std::array<double, 4>& values) {
+  std::vector<SampleError> errors;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const ArchiveRow* row = archive.find(cycle, kFieldView, fields[i], kind::kField);
+    if (!row) {
+      const auto views = StackSource::viewsOf(archive, cycle, fields[i]);
+      row = archive.find(cycle, views.front(), fields[i], kind::kSliced);
+    }
+    errors.push_back(sampleError(archive.open(*row).header(), values[i]));
+  }
+  return errors;
+}
+
+FittedPrimitive fitted(const Options& options, const Archive& archive, long cycle,
+                       const FieldBundle& bundle, const Brush& brush) try {
+  // Once for the place, then as wide as the source tells values apart there.
+  const auto center = fitPrimitive(brush.samples, bundle.domains).mean;
+  const auto stated = errorsOf(archive, cycle, bundle.fields, center);
+  std::vector<double> errors;
+  for (const SampleError& each : stated) errors.push_back(each.error);
+  const auto fit = fitPrimitive(brush.samples, bundle.domains, options.full, errors);
+  for (std::size_t i = 0; i < stated.size(); ++i) {
+    if (!fit.widened[i]) continue;
+    fmt::print(stderr,
+               "note: {} deviates by {:.3g} there, less than is stored of it: the width is {}\n",
+               bundle.fields[i], fit.deviation[i], stated[i].why);
+  }
+  return fit;
+} catch (const Error& error) {
+  throw Error(ErrorCode::NotFound, fmt::format("nothing to fit in the region: {}", error.what()));
 }
 
 void run(const Options& options) {
   const auto archive = std::make_shared<const Archive>(options.archive);
   const Look look = options.look->look();
   const auto fields = namesFrom(options.fields);
-  const FieldBundle bundle(*archive, cycleOf(look, *archive), fields);
+  const long cycle = cycleOf(look, *archive);
+  const FieldBundle bundle(*archive, cycle, fields);
   Brush brush(bundle);
+  std::optional<Box> region;
   if (!options.region.empty()) {
     const auto box = numbersFromText("--region", options.region, 6, 6);
-    brush.addBox({{box[0], box[1], box[2]}, {box[3], box[4], box[5]}});
+    region = Box{{box[0], box[1], box[2]}, {box[3], box[4], box[5]}};
+    brush.addBox(*region);
   }
-  if (!options.brushes.empty()) brushPicture(options, archive, brush);
-  if (options.region.empty() && options.brushes.empty()) {
+  if (!region && options.brushes.empty()) {
     throw Error(ErrorCode::Config, "what is to be fitted? Give --region or --slice and --brush");
   }
-  FittedPrimitive fitted;
-  try {
-    fitted = fitPrimitive(brush.samples, bundle.domains, options.full);
-  } catch (const Error& error) {
-    throw Error(ErrorCode::NotFound, fmt::format("nothing to fit in the region: {}", error.what()));
-  }
+  if (!options.brushes.empty() || !options.picture.empty())
+    brushPicture(options, archive, fields.front(), region, brush);
+  const FittedPrimitive fit = fitted(options, *archive, cycle, bundle, brush);
   const auto classifier =
-      classifierWith(options, fields, primitiveJson(options, fitted, fields.size()));
+      classifierWith(options, fields, primitiveJson(options, fit, fields.size()));
   const std::string text = classifier.dump(2) + "\n";
   if (options.into.empty()) {
     fmt::print("{}", text);
     return;
   }
   writeDurably(options.into, std::as_bytes(std::span(text)));
-  fmt::print("{}: {} fitted to {} samples\n", options.into, options.name, fitted.samples);
+  fmt::print("{}: {} fitted to {} samples\n", options.into, options.name, fit.samples);
   for (std::size_t i = 0; i < fields.size(); ++i) {
-    fmt::print("  {} {:.6g} +- {:.3g}\n", fields[i], fitted.mean[i], fitted.deviation[i]);
+    fmt::print("  {} {:.6g} +- {:.3g}\n", fields[i], fit.mean[i], fit.deviation[i]);
   }
 }
 
@@ -216,7 +289,9 @@ void addFit(CLI::App& app, int&) {
   command->add_flag("--full", options->full, "Follow the samples' covariance, not the axes alone");
   command->add_option("--into", options->into,
                       "Classifier file that takes the primitive, new or there; else printed");
-  command->add_option("--picture", options->picture, "Write the slice that is brushed");
+  command->add_option(
+      "--picture", options->picture,
+      "Draw what is brushed on the slice, or the region in the volume, into this file");
   options->look = std::make_unique<LookOptions>(*command);
   command->callback([options] { run(*options); });
 }

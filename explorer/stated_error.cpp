@@ -76,4 +76,23 @@ StatedError statedError(const ProxyHeader& header, const Asked& asked) {
   return kAnything;
 }
 
+SampleError sampleError(const ProxyHeader& header, double value) {
+  if (header.grid)
+    return {header.grid->tolerance,
+            fmt::format("the tolerance of the stored field, {:.4g}", header.grid->tolerance)};
+  if (!header.partition) return {};
+  const IntervalPartition& partition = *header.partition;
+  const int channel = partition.channelOf(value);
+  if (channel == partition.noData()) return {};
+  double low = std::min(header.statistics.low, partition.low()), high = partition.low();
+  if (channel < partition.intervals()) {
+    low = partition.bounds()[std::size_t(channel)];
+    high = partition.bounds()[std::size_t(channel) + 1];
+  } else if (channel == partition.above()) {
+    low = partition.high();
+    high = std::max(header.statistics.high, low);
+  }
+  return {high - low, fmt::format("its interval in the stacks, {:.6g} to {:.6g}", low, high)};
+}
+
 }  // namespace vestige

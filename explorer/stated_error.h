@@ -43,4 +43,12 @@ struct StatedError {
 ///   reference  exact unedited and unturned, else unbounded
 StatedError statedError(const ProxyHeader& header, const Asked& asked);
 
+/// How far a sample of about `value` may be from the run's, in the field's units, and why: the
+/// tolerance of a field, the width of the interval of a stack.
+struct SampleError {
+  double error = 0.0;
+  std::string why;  ///< "its interval in the stacks, 280 to 290.6"
+};
+SampleError sampleError(const ProxyHeader& header, double value);
+
 }  // namespace vestige

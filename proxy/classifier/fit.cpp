@@ -46,22 +46,33 @@ std::vector<Vector> normalised(std::span<const FieldSample> samples,
   return rows;
 }
 
-/// (2 Σ)^(-1/2), with deviations of at least kLeastDeviation.
-Matrix scaleOf(const Matrix& covariance, bool full) {
-  const auto scale = [](double variance) {
-    return 1.0 / std::sqrt(2.0 * std::max(variance, kLeastDeviation * kLeastDeviation));
-  };
-  if (!full) return covariance.diagonal().unaryExpr(scale).asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix> axes(covariance);
-  return axes.eigenvectors() * axes.eigenvalues().unaryExpr(scale).asDiagonal() *
-         axes.eigenvectors().transpose();
+/// (2 Σ)^(-1/2), with deviations of at least `least` along each axis: in a full one, of any
+/// direction through axes that are measured in these.
+Matrix scaleOf(const Matrix& covariance, const Vector& least, bool full) {
+  if (!full) {
+    return covariance.diagonal()
+        .cwiseMax(least.cwiseAbs2())
+        .unaryExpr([](double variance) { return 1.0 / std::sqrt(2.0 * variance); })
+        .asDiagonal();
+  }
+  const Matrix unit = least.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix> axes(unit * covariance * unit);
+  const Matrix wide = least.asDiagonal() * axes.eigenvectors() *
+                      axes.eigenvalues().cwiseMax(1.0).asDiagonal() *
+                      axes.eigenvectors().transpose() * least.asDiagonal();
+  return Eigen::SelfAdjointEigenSolver<Matrix>(2.0 * wide).operatorInverseSqrt();
 }
 
 }  // namespace
 
 FittedPrimitive fitPrimitive(std::span<const FieldSample> samples,
-                             std::span<const FieldDomain> domains, bool full) {
+                             std::span<const FieldDomain> domains, bool full,
+                             std::span<const double> errors) {
   require(domains);
+  if (!errors.empty() && errors.size() != domains.size()) {
+    throw Error(ErrorCode::InvalidArgument,
+                fmt::format("{} errors of {} fields", errors.size(), domains.size()));
+  }
   const std::vector<Vector> rows = normalised(samples, domains);
   const auto n = long(domains.size());
   Vector mean = Vector::Zero(n);
@@ -69,7 +80,11 @@ FittedPrimitive fitPrimitive(std::span<const FieldSample> samples,
   Matrix covariance = Matrix::Zero(n, n);
   for (const Vector& row : rows)
     covariance += (row - mean) * (row - mean).transpose() / double(rows.size());
-  const Matrix scale = scaleOf(covariance, full);
+  // A width is √2 deviations.
+  Vector least = Vector::Constant(n, kLeastDeviation);
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    least[long(i)] = std::max(kLeastDeviation, std::sqrt(0.5) * errors[i] / domains[i].range());
+  const Matrix scale = scaleOf(covariance, least, full);
 
   // Back to the fields' units.
   FittedPrimitive fit;
@@ -79,6 +94,7 @@ FittedPrimitive fitPrimitive(std::span<const FieldSample> samples,
     const auto range = [&](std::size_t field) { return domains[field].range(); };
     fit.mean[i] = domains[i].low + mean[long(i)] * range(i);
     fit.deviation[i] = std::sqrt(covariance(long(i), long(i))) * range(i);
+    fit.widened[i] = !errors.empty() && std::sqrt(2.0) * fit.deviation[i] < errors[i];
     for (std::size_t j = 0; j < std::size_t(n); ++j) {
       fit.covariance[i][j] = covariance(long(i), long(j)) * range(i) * range(j);
       fit.primitive.scale[i][j] = scale(long(i), long(j)) / range(j);

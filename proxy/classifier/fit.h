@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <span>
 
 #include "proxy/classifier/gaussian.h"
@@ -15,6 +16,7 @@ struct FittedPrimitive {
   /// Around the mean; KᵀK = (2 Σ)⁻¹, which makes it the normal distribution of the samples scaled
   /// to 1 at its centre: a diagonal one is √2 deviations wide along each axis.
   GaussianPrimitive primitive;
+  std::array<bool, 4> widened{};  ///< narrower than the field's error: it has that width instead
 };
 
 /// Deviations are taken as no less than this share of a field's range (in a full fit, of any
@@ -22,9 +24,12 @@ struct FittedPrimitive {
 inline constexpr double kLeastDeviation = 1e-3;
 
 /// Fits a primitive to samples of domains.size() fields (1 to 4) in the fields' units; those in
-/// which a value is not finite are passed over. Diagonal K, or a full symmetric one. Throws
-/// InvalidArgument: no sample with data, no or too many fields, a range that is not positive.
+/// which a value is not finite are passed over. Diagonal K, or a full symmetric one. `errors`: how
+/// far a sample of each field may be from the truth, in its units: no primitive is narrower than
+/// that, as it would miss what it was fitted to; empty = exact. Throws InvalidArgument: no sample
+/// with data, no or too many fields, a range that is not positive.
 FittedPrimitive fitPrimitive(std::span<const FieldSample> samples,
-                             std::span<const FieldDomain> domains, bool full = false);
+                             std::span<const FieldDomain> domains, bool full = false,
+                             std::span<const double> errors = {});
 
 }  // namespace vestige

@@ -120,5 +120,21 @@ TEST(StatedError, BakedPicturesAreExactUntilSomethingIsAskedOfThem) {
   }
 }
 
+TEST(SampleErrors, AreTheToleranceOfAFieldAndTheIntervalOfAStack) {
+  ProxyHeader header;
+  header.kind = kind::kSliced;
+  header.partition = IntervalPartition::fromBounds({280.0, 290.6, 340.0});
+  header.statistics.low = 270.0;
+  header.statistics.high = 350.0;
+  EXPECT_NEAR(sampleError(header, 285.0).error, 10.6, 1e-9);
+  EXPECT_NE(sampleError(header, 285.0).why.find("280 to 290.6"), std::string::npos);
+  EXPECT_NEAR(sampleError(header, 300.0).error, 49.4, 1e-9);
+  EXPECT_NEAR(sampleError(header, 275.0).error, 10.0, 1e-9);
+  EXPECT_NEAR(sampleError(header, 345.0).error, 10.0, 1e-9);
+  header.grid = FieldGrid{};
+  header.grid->tolerance = 0.01;
+  EXPECT_EQ(sampleError(header, 285.0).error, 0.01);
+}
+
 }  // namespace
 }  // namespace vestige

@@ -93,6 +93,37 @@ TEST(FitPrimitive, GivesPerfectlyCorrelatedFieldsTheLeastWidthAcross) {
   EXPECT_GT(fit.primitive.at(samples[40]), 0.9);
 }
 
+TEST(FitPrimitive, IsNoNarrowerThanTheErrorOfItsSamples) {
+  std::vector<FieldSample> plateau(50);
+  for (FieldSample& sample : plateau) sample.values = {300.0, -2.0, 0.0, 0.0};
+  const std::array<double, 2> errors{10.6, 0.0};
+  for (const bool full : {false, true}) {
+    const FittedPrimitive fit = fitPrimitive(plateau, kDomains, full, errors);
+    EXPECT_NEAR(1.0 / fit.primitive.scale[0][0], 10.6, 1e-9);
+    EXPECT_NEAR(1.0 / fit.primitive.scale[1][1], std::sqrt(2.0) * kLeastDeviation * 4.0, 1e-9);
+    EXPECT_TRUE(fit.widened[0]);
+    EXPECT_FALSE(fit.widened[1]);
+  }
+  // Wide samples keep their width.
+  const std::array<double, 2> small{5.0, 0.01};
+  const FittedPrimitive wide = fitPrimitive(ellipse(1000), kDomains, false, small);
+  EXPECT_EQ(wide.primitive.scale, fitPrimitive(ellipse(1000), kDomains).primitive.scale);
+  EXPECT_FALSE(wide.widened[0]);
+}
+
+TEST(FitPrimitive, IsAsWideAsTheErrorsInEveryDirectionWhenItFollowsCorrelation) {
+  std::vector<FieldSample> line;
+  for (int i = 0; i <= 100; ++i) line.push_back({{250.0 + i, -3.0 + 0.02 * i, 0, 0}, 0.0});
+  const std::array<double, 2> errors{8.0, 0.02};
+  const FittedPrimitive fit = fitPrimitive(line, kDomains, true, errors);
+  for (const auto& [a, b] : {std::pair{8.0, 0.0}, {0.0, 0.02}, {-8.0, 0.0}, {0.0, -0.02}}) {
+    FieldSample off;
+    off.values = {fit.mean[0] + a, fit.mean[1] + b, 0.0, 0.0};
+    EXPECT_GE(fit.primitive.at(off), std::exp(-1.0) - 1e-9) << a << " " << b;
+  }
+  EXPECT_GT(fit.primitive.at(line[40]), 0.9);
+}
+
 TEST(FitPrimitive, KeepsTheDigitsOfASmallVariationOfALargeValue) {
   std::vector<FieldSample> samples;
   for (int i = -100; i <= 100; ++i) samples.push_back({{101325.0 + 1e-4 * i, 0, 0, 0}, 0.0});
@@ -122,6 +153,8 @@ TEST(FitPrimitive, RefusesWhatItCannotFitTo) {
   expectThrow([&] { fitPrimitive(one, std::vector<FieldDomain>(5)); }, "not 5");
   const FieldDomain flat{3.0, 3.0, 3.0};
   expectThrow([&] { fitPrimitive(one, {&flat, 1}); }, "from 3 to 3");
+  const std::array<double, 2> two{};
+  expectThrow([&] { fitPrimitive(one, {&unit, 1}, false, two); }, "2 errors of 1 fields");
 }
 
 }  // namespace

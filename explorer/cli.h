@@ -20,6 +20,12 @@ void addExport(CLI::App& app, int& exitCode);
 void addProbe(CLI::App& app, int& exitCode);
 void addTrain(CLI::App& app, int& exitCode);
 void addFit(CLI::App& app, int& exitCode);
+void addColormaps(CLI::App& app, int& exitCode);
+/// Puts the commands into the groups of --help.
+void groupCommands(CLI::App& app);
+/// Puts the options of a look into the groups of --help: those that are not named here stand with
+/// the look.
+void groupLookOptions(const std::vector<CLI::Option*>& options);
 
 /// The options that change a look: each is a part of it, and goes before the same key in --look.
 class LookOptions {

@@ -14,6 +14,7 @@
 #include "explorer/npy.h"
 #include "explorer/output_file.h"
 #include "proxy/error.h"
+#include "proxy/nearest_word.h"
 
 namespace vestige {
 namespace {
@@ -152,17 +153,19 @@ std::string csvText(const std::string& text) {
 }
 
 std::vector<ArchiveRow> rowsPassing(const Archive& archive, const ExportFilter& filter) {
-  const auto require = [&](const char* what, const std::string& name, const auto& there,
-                           const auto& value) {
-    if (std::find(there.begin(), there.end(), value) != there.end()) return;
+  const auto require = [&](const char* what, const std::string& name,
+                           const std::vector<std::string>& there) {
+    if (std::find(there.begin(), there.end(), name) != there.end()) return;
     throw Error(ErrorCode::NotFound, archive.directory().string() + " has no " + what + " '" +
-                                         name + "'; `info` lists what there is");
+                                         name + "'" + didYouMean(name, there) +
+                                         "; `info` lists what there is");
   };
-  const std::vector<long> cycles = archive.cycles();
-  for (long cycle : filter.cycles) require("cycle", std::to_string(cycle), cycles, cycle);
+  std::vector<std::string> cycles;
+  for (const long cycle : archive.cycles()) cycles.push_back(std::to_string(cycle));
+  for (const long cycle : filter.cycles) require("cycle", std::to_string(cycle), cycles);
   const auto named = [&](const char* what, const std::string& name,
                          const std::vector<std::string>& there) {
-    if (!name.empty()) require(what, name, there, name);
+    if (!name.empty()) require(what, name, there);
   };
   named("field", filter.field, archive.fields());
   named("view", filter.view, archive.views());

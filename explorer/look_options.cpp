@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -9,8 +10,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <utility>
 
 #include "explorer/cli.h"
+#include "proxy/colormap.h"
 #include "proxy/durable_file.h"
 #include "proxy/error.h"
 
@@ -119,6 +122,7 @@ std::vector<double> numbersFromText(const std::string& option, const std::string
 }
 
 LookOptions::LookOptions(CLI::App& command) : command_(&command) {
+  const std::vector<const CLI::Option*> others = std::as_const(command).get_options();
   command.add_option("--look", lookFile_, "Start from a look (JSON)");
   command.add_option("--save-look", saveLook_, "Write the look of this picture");
   auto* cycle = command.add_option("--step", cycle_, "Cycle of the step (default: the last)");
@@ -156,7 +160,9 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
   command.add_option("--opacity", opacity_, "Opacity per reference length 'v:o,v:o,...'");
   command.add_option("--reference-length", referenceLength_, "World length of these opacities");
   command.add_option("--factors", factors_, "One opacity factor an interval '1,0,2,...'");
-  command.add_option("--colormap", colormap_, "Colour map by name; _r reverses");
+  command.add_option(
+      "--colormap", colormap_,
+      "Colour map by name, _r reverses: " + fmt::format("{}", fmt::join(Colormap::names(), ", ")));
   command.add_option("--color-range", colorRange_, "LOW,HIGH of the colour map");
   command.add_option("--classifier", classifierFile_,
                      "Classify by a file: JSON as in looks, or a [[classifier]] of TOML keys as "
@@ -186,6 +192,10 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
   command.add_option("--background", background_, "black, white, grey, transparent, #rrggbb");
   command.add_flag("--trust", trust_, "Tint what is interpolated or guessed");
   command.add_option("--gl", backend_, "auto, osmesa, egl")->capture_default_str();
+  std::vector<CLI::Option*> own;
+  for (CLI::Option* option : command.get_options())
+    if (std::find(others.begin(), others.end(), option) == others.end()) own.push_back(option);
+  groupLookOptions(own);
 }
 
 Look LookOptions::look() const {

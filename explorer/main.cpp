@@ -5,10 +5,25 @@
 
 #include <exception>
 #include <string>
+#include <vector>
 
 #include "explorer/cli.h"
 #include "proxy/error.h"
+#include "proxy/nearest_word.h"
 #include "proxy/version.h"
+
+namespace {
+
+/// The options of the subcommand that was called, "--size".
+std::vector<std::string> optionsOf(const CLI::App& app) {
+  const auto called = app.get_subcommands();
+  std::vector<std::string> names;
+  for (const CLI::Option* option : (called.empty() ? &app : called.front())->get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  return names;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"Explores archives of Vestige: pictures from proxies, without the raw fields."};
@@ -28,17 +43,25 @@ int main(int argc, char** argv) {
   addProbe(app, exitCode);
   addTrain(app, exitCode);
   addFit(app, exitCode);
+  addColormaps(app, exitCode);
+  groupCommands(app);
   if (argc > 1 && argv[1][0] != '-' &&
       app.get_subcommands([&](CLI::App* command) { return command->check_name(argv[1]); })
           .empty()) {
-    fmt::print(stderr, "No command is called '{}'\nRun with --help for more information.\n",
-               argv[1]);
+    std::vector<std::string> names;
+    for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
+      names.push_back(command->get_name());
+    fmt::print(stderr, "No command is called '{}'{}\nRun with --help for more information.\n",
+               argv[1], vestige::didYouMean(argv[1], names));
     return 2;
   }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    if (app.exit(error) == 0) return 0;
+    fmt::print(stderr, "{}",
+               vestige::optionHints(optionsOf(app), {argv + 1, std::size_t(argc - 1)}));
+    return 2;
   } catch (const std::exception& error) {
     fmt::print(stderr, "vestige-explorer: {}\n", error.what());
     return 1;

@@ -14,6 +14,7 @@
 #include "explorer/surface_palette.h"
 #include "explorer/ticks.h"
 #include "proxy/error.h"
+#include "proxy/nearest_word.h"
 
 namespace vestige {
 namespace {
@@ -31,8 +32,9 @@ std::string chosen(const std::string& wanted, const std::vector<std::string>& th
   if (wanted.empty()) return there.front();
   const auto found = std::find(there.begin(), there.end(), wanted);
   if (found == there.end()) {
-    throw Error(ErrorCode::NotFound,
-                name + " has no " + what + " '" + wanted + "'; there are: " + listed(there));
+    throw Error(ErrorCode::NotFound, name + " has no " + what + " '" + wanted + "'" +
+                                         didYouMean(wanted, there) +
+                                         "; there are: " + listed(there));
   }
   return *found;
 }

@@ -11,6 +11,7 @@
 #include <regex>
 
 #include "explorer/picture.h"
+#include "proxy/colormap.h"
 #include "proxy/field_layout.h"
 #include "synthetic.h"
 
@@ -239,6 +240,20 @@ TEST_F(Program, ExportsNumbers) {
   }
 }
 
+TEST_F(Program, ProbesAPixelOfThePictureThatTheSameOptionsRender) {
+  const Outcome outcome = explorer("probe " + archive() + " --pixel 64,48 --size 128x96 --step 10");
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  for (const char* words :
+       {"pixel 64,48 of 128 x 96", "length of density in view front, its pixel 32,24"})
+    EXPECT_NE(outcome.text.find(words), std::string::npos) << outcome.text;
+  const Outcome json = explorer("probe " + archive() + " --pixel 1,1 --rotate 20,0 --json");
+  EXPECT_EQ(nlohmann::json::parse(json.text)["otherRays"].size(), 5u) << json.text;
+  for (const char* pixel : {"-1,0", "64,48", "0.5,1", "nan,1", "3"}) {
+    const Outcome bad = explorer("probe " + archive() + " --pixel=" + pixel);
+    EXPECT_EQ(bad.code, 1) << pixel << bad.text;
+  }
+}
+
 TEST_F(Program, MakesMoviesOverTimeAndOfATurn) {
   const Outcome time = explorer("movie " + archive() + " -o '" + file("time.mp4") + "' --fps 5");
   EXPECT_EQ(time.code, 0) << time.text;
@@ -334,6 +349,24 @@ TEST_F(Program, FitsAPrimitiveToWhatIsBrushedOnASlice) {
   const Outcome drawn =
       explorer("render '" + run + "' --classifier '" + into + "' -o '" + file("fitted.png") + "'");
   EXPECT_EQ(drawn.code, 0) << drawn.text;
+  const Outcome shown =
+      explorer("fit '" + run + "' --fields density --slice 0,1,0,0 --size 64x64 " +
+               "--brush 48,32,6 --picture '" + file("brush.png") + "'");
+  EXPECT_EQ(shown.code, 0) << shown.text;
+  const Outcome bare =
+      explorer("render '" + run + "' --slice 0,1,0,0 --size 64x64 -o '" + file("bare.png") + "'");
+  EXPECT_EQ(bare.code, 0) << bare.text;
+  const Picture brushed = readPicture(file("brush.png")), slice = readPicture(file("bare.png"));
+  const auto change = [&](int x, int y) {
+    float most = 0.0f;
+    for (int c = 0; c < 3; ++c)
+      most = std::max(most, std::abs(brushed.pixel(x, y)[c] - slice.pixel(x, y)[c]));
+    return most;
+  };
+  EXPECT_GT(change(54, 32), 0.2f) << "the rim of the brush";
+  EXPECT_GT(change(48, 26), 0.2f);
+  EXPECT_LT(change(48, 32), 0.01f) << "its middle";
+  EXPECT_LT(change(20, 32), 0.01f) << "far from it";
   const Outcome nothing = explorer("fit '" + run + "' --fields density --region 5,5,5,6,6,6");
   EXPECT_EQ(nothing.code, 1);
   EXPECT_NE(nothing.text.find("nothing to fit"), std::string::npos) << nothing.text;
@@ -369,6 +402,28 @@ TEST_F(Program, WarnsOnStandardErrorOfWhatALookAsksForInVain) {
   EXPECT_EQ(reference.code, 0) << reference.text;
   for (const char* key : {"'colormap' has no effect", "'ao' has no effect"})
     EXPECT_NE(reference.text.find(key), std::string::npos) << reference.text;
+}
+
+TEST_F(Program, FitsNoFeatureNarrowerThanWhatIsStored) {
+  // A plateau at 0.5, stored to 0.25.
+  FieldSamples field;
+  for (FieldAxis& axis : field.axes) axis = {17, -1.0, 0.125, {}};
+  field.low = -1.0;
+  field.high = 1.0;
+  for (int i = 0; i < 17 * 17 * 17; ++i)
+    field.values.push_back(i % 17 < 8 ? float(i % 17) / 16.0f : 0.75f);
+  const std::string run = file("plateau.cdb");
+  ArchiveWriter(run, ExistingArchive::Refuse)
+      .writeStep(std::vector<EncodedProxy>{encodeProxy(
+          fieldImage(synthetic::header(kind::kField, {64, 64}), std::move(field), {1, 0.25}))});
+  const std::string into = file("plateau.json");
+  const Outcome fit = explorer("fit '" + run + "' --fields density --region 0.5,-1,-1,1,1,1 " +
+                               "--into '" + into + "'");
+  EXPECT_EQ(fit.code, 0) << fit.text;
+  EXPECT_NE(fit.text.find("the tolerance of the stored field, 0.25"), std::string::npos)
+      << fit.text;
+  const auto fitted = nlohmann::json::parse(contentOf(into));
+  EXPECT_NEAR(fitted["primitives"][0]["width"][0].get<double>(), 0.25, 1e-9);
 }
 
 TEST_F(Program, TellsErrorsFromWrongCommandLines) {
@@ -409,6 +464,51 @@ TEST_F(Program, TellsErrorsFromWrongCommandLines) {
   says("train " + archive() + " --view side", 1, "'side'");
   says("train " + archive() + " --from sliced", 1, "no sliced proxy");
   says("check /nowhere.cdb", 1, "'/nowhere.cdb' is no folder");
+}
+
+TEST_F(Program, SaysWhatWasMeant) {
+  const auto says = [](const std::string& arguments, const char* words) {
+    const Outcome outcome = explorer(arguments);
+    EXPECT_NE(outcome.code, 0);
+    EXPECT_NE(outcome.text.find(words), std::string::npos) << outcome.text;
+  };
+  says("rendr " + archive(), "(did you mean 'render'?)");
+  says("render " + archive() + " -o x.png --colrmap hot", "did you mean --colormap?");
+  says("render " + archive() + " -o x.png --view fornt", "(did you mean 'front'?)");
+  says("render " + archive() + " -o x.png --field densty", "(did you mean 'density'?)");
+  says("export " + archive() + " -o x --proxy lenght", "(did you mean 'length'?)");
+  std::ofstream(file("typo.json")) << R"({"colormpa": "hot"})";
+  says("render " + archive() + " -o x.png --look '" + file("typo.json") + "'",
+       "(did you mean 'colormap'?)");
+}
+
+TEST_F(Program, GroupsItsHelp) {
+  const Outcome commands = explorer("--help");
+  for (const char* words : {"Pictures:", "Numbers:", "Health:", "colormaps"})
+    EXPECT_NE(commands.text.find(words), std::string::npos) << commands.text;
+  const Outcome options = explorer("render --help");
+  for (const char* words : {"Opacity and colour:", "Light:", "Annotations:", "viridis"})
+    EXPECT_NE(options.text.find(words), std::string::npos) << options.text;
+  EXPECT_EQ(options.text.find("\nLook:"), std::string::npos)
+      << "an option of looks that help_groups.cpp does not name\n"
+      << options.text;
+}
+
+TEST_F(Program, ListsAndDrawsTheColourMaps) {
+  const Outcome outcome = explorer("colormaps -o '" + file("maps.png") + "'");
+  EXPECT_EQ(outcome.code, 0) << outcome.text;
+  const auto names = Colormap::names();
+  EXPECT_EQ(std::size_t(std::count(outcome.text.begin(), outcome.text.end(), '\n')), names.size());
+  const Picture picture = readPicture(file("maps.png"));
+  EXPECT_GT(picture.size.height, int(names.size()) * 15);
+  // The last column of bars holds the end of each map, in order.
+  std::size_t found = 0;
+  for (int y = 0; y < picture.size.height && found < names.size(); ++y) {
+    const float* pixel = picture.pixel(picture.size.width - 13, y);
+    const glm::dvec3 end = Colormap::named(names[found]).at(1.0);
+    if (glm::length(glm::dvec3(pixel[0], pixel[1], pixel[2]) - end) < 0.02) ++found;
+  }
+  EXPECT_EQ(found, names.size());
 }
 
 TEST_F(Program, WorksOnAnArchiveThatStandsAloneInAnEmptyFolder) {

@@ -16,6 +16,7 @@ struct InSitu<Real>::Session {
   vestige_session* vestige = nullptr;
   Fields<Real> fields;
   std::set<std::string> said;
+  bool dryRun = false;
 
   void say(const std::string& sentence) {
     if (options.report && said.insert(sentence).second) options.report(sentence);
@@ -44,9 +45,12 @@ InSitu<Real>::InSitu(const LatticeSettings& lattice, const Options& options)
   open.log_data = &s;
   open.log = [](int level, const char* sentence, void* self) {
     // Errors come as codes; of what is only said, the figures of a dry run are its result.
-    const bool figures = level == VESTIGE_INFO && std::string_view(sentence).starts_with("dry run");
-    if (level == VESTIGE_WARNING || figures)
-      static_cast<Session*>(self)->say(std::string("vestige: ") + sentence);
+    Session& session = *static_cast<Session*>(self);
+    const std::string_view text(sentence);
+    const bool info = level == VESTIGE_INFO;
+    if (info && text.find("dry run") != text.npos) session.dryRun = true;
+    if (level == VESTIGE_WARNING || (info && text.starts_with("dry run")))
+      session.say(std::string("vestige: ") + sentence);
   };
   if (!s.fine(vestige_open(&open, &s.vestige))) return;
 
@@ -98,6 +102,11 @@ bool InSitu<Real>::offer(const ThermalLattice<Real>& lattice) {
 template <typename Real>
 long InSitu<Real>::storedSteps() const {
   return long(vestige_stored_steps(session_->vestige));
+}
+
+template <typename Real>
+bool InSitu<Real>::dryRun() const {
+  return session_->dryRun;
 }
 
 template class InSitu<float>;

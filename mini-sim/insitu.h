@@ -29,6 +29,8 @@ class InSitu {
   /// True when this call stored the step.
   bool offer(const ThermalLattice<Real>& lattice);
   long storedSteps() const;
+  /// Whether the configuration asks for figures only: no step is stored, whatever is counted.
+  bool dryRun() const;
 
  private:
   struct Session;

@@ -37,7 +37,8 @@ std::string format(const char* pattern, auto... values) {
   return text;
 }
 
-void summarise(long steps, std::size_t cells, double solver, double adaptor, long stored) {
+void summarise(long steps, std::size_t cells, double solver, double adaptor, long stored,
+               bool dryRun) {
   const double mlups = solver > 0.0 ? double(steps) * double(cells) / solver * 1e-6 : 0.0;
   const double all = solver + adaptor;
   std::printf("steps            %ld\n", steps);
@@ -45,7 +46,8 @@ void summarise(long steps, std::size_t cells, double solver, double adaptor, lon
   std::printf("mlups            %.1f\n", mlups);
   std::printf("adaptor_seconds  %.3f\n", adaptor);
   std::printf("adaptor_percent  %.1f\n", all > 0.0 ? 100.0 * adaptor / all : 0.0);
-  std::printf("stored_steps     %ld\n", stored);
+  std::printf("stored_steps     %ld\n", dryRun ? 0 : stored);
+  if (dryRun) std::printf("would_store      %ld\n", stored);
   std::fflush(stdout);
 }
 
@@ -60,7 +62,7 @@ int simulate(const Options& options) {
   const auto offer = [&] {
     if (!insitu || plume.stepsDone() % options.every != 0) return;
     if (adaptor.time([&] { return insitu->offer(plume); }) && options.announce) {
-      std::printf("stored %ld\n", plume.stepsDone());
+      std::printf(insitu->dryRun() ? "would store %ld\n" : "stored %ld\n", plume.stepsDone());
       std::fflush(stdout);
     }
   };
@@ -88,13 +90,14 @@ int simulate(const Options& options) {
     }
   }
   const long stored = insitu ? insitu->storedSteps() : 0;
+  const bool dryRun = insitu && insitu->dryRun();
   adaptor.time([&] { insitu.reset(); });
 
   if (!finite)
     progress.say(
         format("the flow diverged before step %ld: try a smaller --rayleigh", plume.stepsDone()));
   if (guard.interrupted()) progress.say(format("interrupted after step %ld", plume.stepsDone()));
-  summarise(plume.stepsDone(), plume.cells(), solver.seconds(), adaptor.seconds(), stored);
+  summarise(plume.stepsDone(), plume.cells(), solver.seconds(), adaptor.seconds(), stored, dryRun);
   return !finite ? kFailed : guard.interrupted() ? kInterrupted : kDone;
 }
 

@@ -6,6 +6,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "mini-sim/option_hints.h"
+
 namespace minisim {
 namespace {
 
@@ -83,6 +85,7 @@ std::optional<Options> parseOptions(int argc, char** argv, int& exitCode) {
     o.plume.size = sizeFromText(size);
   } catch (const CLI::ParseError& error) {
     exitCode = app.exit(error) == 0 ? kDone : kUsage;
+    if (exitCode == kUsage) hintAtOptions(app, argc, argv);
     return std::nullopt;
   } catch (const std::invalid_argument& error) {
     std::fprintf(stderr, "--size: %s\nRun with --help for more information.\n", error.what());

@@ -8,7 +8,9 @@
 #include <cstdio>
 #include <exception>
 #include <optional>
+#include <set>
 
+#include "mini-sim/option_hints.h"
 #include "mini-sim/options.h"
 #include "mini-sim/replay/data_set_reader.h"
 #include "mini-sim/replay/file_series.h"
@@ -76,6 +78,7 @@ std::optional<ReplayOptions> parse(int argc, char** argv, int& exitCode) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     exitCode = app.exit(error) == 0 ? kDone : kUsage;
+    if (exitCode == kUsage) hintAtOptions(app, argc, argv);
     return std::nullopt;
   }
   for (std::size_t axis = 0; axis < shape.size(); ++axis) raw.shape[axis] = shape[axis];
@@ -89,22 +92,30 @@ template <typename ReplayStep>
 int replaySteps(const ReplayOptions& options, Session& session, Progress& progress, long count,
                 const ReplayStep& replayStep) {
   InterruptGuard guard;
-  bool allFine = true;
+  // What goes wrong in every step is said once.
+  std::set<std::string> said;
+  long silent = 0;
+  const auto fail = [&](long step, const std::string& reason) {
+    if (said.insert(reason).second)
+      progress.say("step " + std::to_string(step) + ": " + reason);
+    else
+      ++silent;
+  };
   for (long step = 0; step < count && !guard.interrupted(); ++step) {
     try {
-      if (replayStep(step) != VESTIGE_OK) {
-        progress.say("step " + std::to_string(step) + ": " + session.lastError());
-        allFine = false;
-      }
+      if (replayStep(step) != VESTIGE_OK) fail(step, session.lastError());
     } catch (const std::exception& error) {
-      progress.say("step " + std::to_string(step) + ": " + error.what());
-      allFine = false;
+      fail(step, error.what());
     }
     progress.show(step + 1, "");
   }
+  if (silent > 0)
+    progress.say(std::to_string(silent) + " more step" + (silent == 1 ? "" : "s") +
+                 " failed likewise");
   if (!options.quiet)
-    std::printf("%lld of %ld steps stored\n", static_cast<long long>(session.storedSteps()), count);
-  return guard.interrupted() ? kInterrupted : allFine ? kDone : kFailed;
+    std::printf("%lld of %ld steps %s\n", static_cast<long long>(session.storedSteps()), count,
+                session.dryRun() ? "would be stored (dry run)" : "stored");
+  return guard.interrupted() ? kInterrupted : said.empty() ? kDone : kFailed;
 }
 
 int run(const ReplayOptions& options) {

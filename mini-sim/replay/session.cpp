@@ -26,9 +26,12 @@ Session::Session(const Options& options) : options_(options) {
   open.log_data = this;
   open.log = [](int level, const char* sentence, void* self) {
     // Errors come as codes; of what is only said, the figures of a dry run are its result.
-    const bool figures = level == VESTIGE_INFO && std::string_view(sentence).starts_with("dry run");
-    if (level != VESTIGE_WARNING && !figures) return;
-    static_cast<Session*>(self)->options_.warn(sentence);
+    Session& session = *static_cast<Session*>(self);
+    const std::string_view text(sentence);
+    const bool info = level == VESTIGE_INFO;
+    if (info && text.find("dry run") != text.npos) session.dryRun_ = true;
+    if (level == VESTIGE_WARNING || (info && text.starts_with("dry run")))
+      session.options_.warn(sentence);
   };
   note(vestige_open(&open, &vestige_));
   import_ = std::make_unique<vestige::VtkImport>(vestige_);
@@ -37,7 +40,8 @@ Session::Session(const Options& options) : options_(options) {
 Session::~Session() { vestige_close(vestige_); }
 
 std::string Session::lastError() const {
-  return std::string(vestige_last_error(vestige_)) + " (" + vestige_code_name(code_) + ")";
+  return std::string(vestige_last_error(vestige_)) + " (" +
+         vestige_code_name(code_ != VESTIGE_OK ? code_ : lastCode_) + ")";
 }
 
 void Session::domain(const double low[3], const double high[3]) {
@@ -69,7 +73,7 @@ int Session::execute(std::int64_t cycle, double time) {
   note(vestige_execute(vestige_, cycle, time));
   shared_.clear();
   import_->release();
-  return std::exchange(code_, int(VESTIGE_OK));
+  return lastCode_ = std::exchange(code_, int(VESTIGE_OK));
 }
 
 void Session::dataSet(vtkDataSet* data, int resampledPoints) {

@@ -41,6 +41,8 @@ class Session {
   int code() const { return code_; }
   std::string lastError() const;
   std::int64_t storedSteps() const { return vestige_stored_steps(vestige_); }
+  /// Whether the configuration asks for figures only: no step is stored.
+  bool dryRun() const { return dryRun_; }
 
   bool wants(std::int64_t cycle, double time) { return vestige_wants(vestige_, cycle, time) != 0; }
   void domain(const double low[3], const double high[3]);
@@ -61,7 +63,9 @@ class Session {
   }
   Options options_;
   vestige_session* vestige_ = nullptr;
-  int code_ = VESTIGE_OK;
+  int code_ = VESTIGE_OK;      ///< since opening or the last execute
+  int lastCode_ = VESTIGE_OK;  ///< of the last execute
+  bool dryRun_ = false;
   std::vector<vtkSmartPointer<vtkDataArray>> shared_;
   std::unique_ptr<vestige::VtkImport> import_;
 };

@@ -116,6 +116,20 @@ TEST_F(MiniSim, LeavesNothingWithoutTheAdaptor) {
   EXPECT_FALSE(fs::exists(folder_ / "none.cdb"));
 }
 
+TEST_F(MiniSim, LeavesNoArchiveOfARunInWhichNothingCouldBeStored) {
+  write("none.toml", std::string(kSmallConfig) + "[[field]]\nsource = \"presure\"\n");
+  const auto outcome = simulate({"--steps", "30", "--config", "none.toml"});
+  EXPECT_EQ(outcome.exitCode, 0);
+  EXPECT_EQ(occurrences(outcome.err, "'presure'"), 1u) << outcome.err;
+  EXPECT_FALSE(fs::exists(folder_ / "plume.cdb"));
+}
+
+TEST_F(MiniSim, SaysWhichOptionWasMeant) {
+  const auto outcome = simulate({"--stesp", "30"});
+  EXPECT_EQ(outcome.exitCode, 2);
+  EXPECT_NE(outcome.err.find("did you mean --steps?"), std::string::npos) << outcome.err;
+}
+
 TEST_F(MiniSim, ASmallBudgetTakesALowerRungThatInfoNames) {
   write("budget.toml",
         "[image]\nwidth = 48\nheight = 48\nproxies = [\"sliced\"]\n[output]\npath = \"plume.cdb\"\n"
@@ -136,6 +150,8 @@ TEST_F(MiniSim, ADryRunPrintsItsFigures) {
   EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
   for (const char* words : {"dry run: a step takes", "proxy 'length'", "would have been stored"})
     EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.out.find("\nstored_steps     0\nwould_store      "), std::string::npos)
+      << outcome.out;
   EXPECT_FALSE(fs::exists(folder_ / "plume.cdb"));
 }
 

@@ -93,6 +93,30 @@ TEST_F(Replay, SkipsADamagedStepSaysSoAndGoesOn) {
   EXPECT_TRUE(checkArchive(folder_ / "a.cdb").empty());
 }
 
+TEST_F(Replay, SaysOnceWhatIsWrongInEveryStepAndLeavesNoArchive) {
+  write("wrong.toml", "[image]\nwidth = 32\nheight = 32\n[[field]]\nsource = \"scalar\"\n");
+  fs::create_directory(folder_ / "series");
+  for (int step : {1, 2, 3}) writeVolume("series/s" + std::to_string(step) + ".raw", step);
+  const auto outcome = replay(
+      std::vector<std::string>{"series", "--config", "wrong.toml", "--output", "a.cdb"} + raw_);
+  EXPECT_EQ(outcome.exitCode, 1);
+  EXPECT_EQ(outcome.err.find("'scalar'"), outcome.err.rfind("'scalar'")) << outcome.err;
+  for (const char* words : {"did you mean 'scalars'?", "VESTIGE_ERROR_NO_FIELD", "2 more steps"})
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(folder_ / "a.cdb"));
+}
+
+TEST_F(Replay, SaysOfADryRunWhatItWouldStore) {
+  write("dry.toml", "dry_run = true\n[image]\nwidth = 32\nheight = 32\n");
+  writeVolume("a.raw", 0);
+  const auto outcome =
+      replay(std::vector<std::string>{"a.raw", "--config", "dry.toml", "--output", "a.cdb"} + raw_);
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "1 of 1 steps would be stored (dry run)\n");
+  EXPECT_NE(outcome.err.find("bytes in 10 files"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(folder_ / "a.cdb"));
+}
+
 TEST_F(Replay, ResamplesUnstructuredGridsAndSaysSo) {
   write("small.toml", "[image]\nwidth = 32\nheight = 32\n");
   write("tetrahedron.vtk",

@@ -160,7 +160,8 @@ TEST(Customization, ErrorsNameTheKey) {
       {R"({"metric": "chess"})",
        "look key 'customization.metric' is \"chess\"; choices: euclidean, manhattan"},
       {R"({"seed": []})",
-       "look key 'customization.seed' is not known here; known: resolution, metric, corners, "
+       "look key 'customization.seed' is not known here (did you mean 'seeds'?); known: "
+       "resolution, metric, corners, "
        "seeds"},
       {R"({"seeds": [{}]})", "look key 'customization.seeds[0].position' is missing"},
       {R"({"seeds": [{"position": [1, 2]}]})",

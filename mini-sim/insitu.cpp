@@ -48,7 +48,7 @@ InSitu<Real>::InSitu(const LatticeSettings& lattice, const Options& options)
     Session& session = *static_cast<Session*>(self);
     const std::string_view text(sentence);
     const bool info = level == VESTIGE_INFO;
-    if (info && text.find("dry run") != text.npos) session.dryRun = true;
+    if (info && text.find(" writes nothing (dry run) ") != text.npos) session.dryRun = true;
     if (level == VESTIGE_WARNING || (info && text.starts_with("dry run")))
       session.say(std::string("vestige: ") + sentence);
   };

@@ -29,7 +29,7 @@ Session::Session(const Options& options) : options_(options) {
     Session& session = *static_cast<Session*>(self);
     const std::string_view text(sentence);
     const bool info = level == VESTIGE_INFO;
-    if (info && text.find("dry run") != text.npos) session.dryRun_ = true;
+    if (info && text.find(" writes nothing (dry run) ") != text.npos) session.dryRun_ = true;
     if (level == VESTIGE_WARNING || (info && text.starts_with("dry run")))
       session.options_.warn(sentence);
   };

@@ -162,14 +162,17 @@ void drawDisc(Picture& picture, double x, double y, double radius) {
   drawOutline(picture, circle);
 }
 
-void drawBox(Picture& picture, const Camera& camera, const Box& box) {
+/// The edges of a box of the world.
+void drawBox(Rendered& shown, const Box& box) {
+  const glm::dmat4 sceneFromWorld = glm::inverse(shown.worldFromScene);
   for (int from = 0; from < 8; ++from)
     for (int axis = 0; axis < 3; ++axis) {
       if (from >> axis & 1) continue;
       const auto at = [&](int corner) {
-        return glm::dvec2(camera.project(box.corner(corner), picture.size));
+        const glm::dvec3 scene(sceneFromWorld * glm::dvec4(box.corner(corner), 1.0));
+        return glm::dvec2(shown.camera.project(scene, shown.picture.size));
       };
-      drawOutline(picture, {at(from), at(from | 1 << axis)});
+      drawOutline(shown.picture, {at(from), at(from | 1 << axis)});
     }
 }
 
@@ -193,7 +196,7 @@ void brushPicture(const Options& options, const std::shared_ptr<const Archive>& 
     brush.addDisc(shown, *look.slice, disc[0], disc[1], disc[2]);
     drawDisc(shown.picture, disc[0], disc[1], disc[2]);
   }
-  if (region) drawBox(shown.picture, shown.camera, *region);
+  if (region) drawBox(shown, *region);
   if (!options.picture.empty()) writePicture(options.picture, shown.picture);
 }
 

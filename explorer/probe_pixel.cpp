@@ -36,8 +36,12 @@ struct PixelRay {
   }
 };
 
-PixelRay rayOf(const Camera& camera, ImageSize size, int x, int y, const Box& domain) {
+/// In the world, where a look stretches it, too; depths are those of the picture.
+PixelRay rayOf(const Rendered& rendered, ImageSize size, int x, int y, const Box& domain) {
+  const Camera& camera = rendered.camera;
   PixelRay pixel{camera.rayThrough({x + 0.5, y + 0.5}, size), 0.0, 0.0};
+  pixel.ray.origin = glm::dvec3(rendered.worldFromScene * glm::dvec4(pixel.ray.origin, 1.0));
+  pixel.ray.direction = glm::dvec3(rendered.worldFromScene * glm::dvec4(pixel.ray.direction, 0.0));
   pixel.leaves = pixel.ray.lastDepth;
   const bool ahead = camera.projection != Projection::Orthographic;
   pixel.enters = ahead ? 0.0 : -std::numeric_limits<double>::infinity();
@@ -240,7 +244,7 @@ json probePixel(const Archive& archive, const Look& look, const Rendered& render
   const std::string view = look.view.empty() ? archive.views().front() : look.view;
 
   const ProxyHeader header = headerOf(archive, cycle, fields.front());
-  const PixelRay ray = rayOf(rendered.camera, size, x, y, header.domain);
+  const PixelRay ray = rayOf(rendered, size, x, y, header.domain);
   if (depth && !(*depth >= ray.enters && *depth <= ray.leaves))
     throw Error(ErrorCode::InvalidArgument,
                 fmt::format("depth {} is outside of the ray's way through the domain, {:.6g} .. "

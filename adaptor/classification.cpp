@@ -81,8 +81,10 @@ PlannedField planField(FieldConfig config, const BlockSet& blocks,
   }
   const bool magnitude = config.magnitude || (!config.component && components > 1);
   field.location = view.location;
+  field.components = components;
   field.derivation.component = magnitude ? -1 : config.component.value_or(0);
   field.derivation.gradient = config.gradient;
+  field.derivation.noData = config.noData;
   field.name = config.name;
   if (field.name.empty()) {
     field.name = plainName(config.source);
@@ -107,6 +109,10 @@ PlannedField namedField(const std::string& name, const std::string& whose,
   if (std::find(known.begin(), known.end(), name) != known.end()) {
     FieldConfig config;
     config.source = name;
+    // What stands for no data in it does so whatever the field is called.
+    for (const PlannedField& field : planned) {
+      if (field.config.source == name) config.noData = field.config.noData;
+    }
     return planField(std::move(config), blocks, units);
   }
   for (const PlannedField& field : planned) known.push_back(field.name);
@@ -234,10 +240,11 @@ Classification classify(const FieldConfig& config, const FieldStatistics& statis
   const bool fixed = config.range == FieldConfig::Range::Fixed;
   const double low = fixed ? config.low : statistics.low;
   const double high = fixed ? config.high : statistics.high;
-  auto partition = !config.bounds.empty() ? IntervalPartition::fromBounds(config.bounds)
-                   : config.quantiles     ? IntervalPartition::quantiles(
-                                                low, high, statistics.histogram, config.intervals)
-                                      : IntervalPartition::uniform(low, high, config.intervals);
+  auto partition =
+      !config.bounds.empty() ? IntervalPartition::fromBounds(config.bounds)
+      : config.quantiles
+          ? IntervalPartition::quantiles(low, high, statistics.histogram, config.intervals)
+          : IntervalPartition::uniformAroundZero(low, high, config.intervals);
   const auto [colorLow, colorHigh] =
       config.colorRange.value_or(std::pair(partition.low(), partition.high()));
   auto base = config.opacity.empty()

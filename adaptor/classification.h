@@ -21,6 +21,7 @@ struct PlannedField {
   std::string name;  ///< in the archive
   std::string units;
   Location location = Location::Point;
+  int components = 1;  ///< of the source
   Derivation derivation;
   /// Of a gradient norm: its fields, and the ranges that their gradients are divided by; empty
   /// until they are known.

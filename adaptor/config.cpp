@@ -401,7 +401,7 @@ void readIsovalues(ConfigReader& reader, FieldConfig& field) {
 void readGradientNorm(ConfigReader& reader, FieldConfig& field) {
   field.gradientNorm = reader.readStrings("gradient_norm");
   if (field.gradientNorm.empty()) reader.fail("gradient_norm", "of which fields?");
-  for (const char* key : {"source", "component", "magnitude", "gradient"}) {
+  for (const char* key : {"source", "component", "magnitude", "gradient", "no_data"}) {
     if (reader.has(key)) reader.fail(key, "gradient_norm already says what the field is made of");
   }
   if (field.name.empty()) field.name = "gradient_norm";
@@ -423,6 +423,7 @@ FieldConfig readField(ConfigReader reader) {
   }
   reader.read("units", field.units);
   readDerivation(reader, field);
+  for (const auto& [low, high] : reader.readRanges("no_data")) field.noData.push_back({low, high});
   readPartition(reader, field);
   readLook(reader, field);
   readIsovalues(reader, field);

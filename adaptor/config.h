@@ -36,6 +36,7 @@ struct FieldConfig {
   int intervals = 16;
   std::vector<double> bounds;  ///< empty: from range and intervals
   bool quantiles = false;
+  std::vector<ValueRange> noData;  ///< values that stand for no data
 
   std::vector<OpacityPoint> opacity;  ///< empty: the default ramp
   std::string colormap = "viridis";

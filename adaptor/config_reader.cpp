@@ -224,6 +224,28 @@ std::vector<std::pair<double, double>> ConfigReader::readPairs(const std::string
   return pairs;
 }
 
+std::vector<std::pair<double, double>> ConfigReader::readRanges(const std::string& key) {
+  std::vector<std::pair<double, double>> ranges;
+  const auto* node = find(key);
+  if (!node) return ranges;
+  if (!node->is_array()) failType(key, "an array of numbers and [low, high] pairs");
+  const auto number = [](const toml::node* from) {
+    return from && from->is_number() ? from->value<double>() : std::nullopt;
+  };
+  for (const auto& element : *node->as_array()) {
+    const auto* pair = element.as_array();
+    const auto low = number(pair ? pair->get(0) : &element);
+    const auto high = pair ? number(pair->get(1)) : low;
+    if (!low || !high || std::isnan(*low) || std::isnan(*high) || (pair && pair->size() != 2)) {
+      fail(key,
+           fmt::format("element {} is neither a number nor a [low, high] pair", ranges.size() + 1));
+    }
+    if (*low > *high) fail(key, fmt::format("[{}, {}] is upside down", *low, *high));
+    ranges.emplace_back(*low, *high);
+  }
+  return ranges;
+}
+
 std::vector<std::string> ConfigReader::readStrings(const std::string& key) {
   std::vector<std::string> strings;
   const auto* node = find(key);

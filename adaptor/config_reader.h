@@ -44,6 +44,9 @@ class ConfigReader {
   /// A list of numbers; `count` of them unless count is 0.
   std::vector<double> readNumbers(const std::string& key, std::size_t count = 0);
   std::vector<std::pair<double, double>> readPairs(const std::string& key);
+  /// A list of numbers and of [low, high] pairs; a number is the pair of itself. Infinite ends are
+  /// taken.
+  std::vector<std::pair<double, double>> readRanges(const std::string& key);
   std::vector<std::string> readStrings(const std::string& key);
   /// One of `choices`; its index.
   std::size_t readChoice(const std::string& key, const std::vector<std::string>& choices,

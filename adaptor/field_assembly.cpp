@@ -79,7 +79,10 @@ FieldSamples assembleField(const PlannedField& field, const BlockSet& blocks,
     result.axes[a] = axisOf(all[a]);
   }
   result.low = statistics.low;
-  result.high = statistics.low < statistics.high ? statistics.high : statistics.low + 1.0;
+  // A constant field, however large, gets a range as its intervals do.
+  result.high = statistics.low < statistics.high
+                    ? statistics.high
+                    : IntervalPartition::uniform(statistics.low, statistics.low, 1).high();
   const std::size_t nx = all[0].size(), ny = all[1].size();
   result.values.assign(nx * ny * all[2].size(), std::numeric_limits<float>::quiet_NaN());
 

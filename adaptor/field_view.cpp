@@ -65,6 +65,25 @@ RowConverter converterOf(SampleType type) {
   return convertRow<float>;
 }
 
+/// Ranges of no data as samples of a type hold them, in double.
+std::vector<ValueRange> heldBy(SampleType type, const std::vector<ValueRange>& ranges) {
+  std::vector<ValueRange> held;
+  for (const auto& [low, high] : ranges) {
+    const double floatLow = double(float(low)), floatHigh = double(float(high));
+    if (low < high) {
+      const bool single = type == SampleType::Float32;
+      held.push_back(
+          {single ? std::min(low, floatLow) : low, single ? std::max(high, floatHigh) : high});
+      continue;
+    }
+    if (type != SampleType::Float32) held.push_back({low, low});
+    // Doubles may have been read from a file of floats.
+    if (type == SampleType::Float32 || (type == SampleType::Float64 && floatLow != low))
+      held.push_back({floatLow, floatLow});
+  }
+  return held;
+}
+
 /// A row of scratch memory per thread, so that reading rows allocates nothing.
 std::vector<double>& scratch(int which, int size) {
   thread_local std::array<std::vector<double>, 6> rows;
@@ -104,7 +123,9 @@ const char* nameOf(Location location) { return location == Location::Point ? "po
 
 FieldReader::FieldReader(const FieldView& field, std::optional<MaskView> mask,
                          Derivation derivation, const std::array<std::vector<double>, 3>& nodes)
-    : field_(field), mask_(mask), derivation_(derivation), nodes_(nodes) {}
+    : field_(field), mask_(mask), derivation_(std::move(derivation)), nodes_(nodes) {
+  derivation_.noData = heldBy(field.type, derivation_.noData);
+}
 
 FieldReader::FieldReader(std::vector<FieldReader> terms, std::vector<double> ranges)
     : nodes_(terms.at(0).nodes_), terms_(std::move(terms)), ranges_(std::move(ranges)) {
@@ -124,10 +145,8 @@ void FieldReader::row(int y, int z, double* out) const {
 void FieldReader::scalarRow(int y, int z, double* out) const {
   const int count = field_.size[0];
   const auto offset = y * field_.strides[1] + z * field_.strides[2];
-  const auto convert = converterOf(field_.type);
   if (derivation_.component >= 0) {
-    convert(field_.components[std::size_t(derivation_.component)] + offset, field_.strides[0],
-            count, out);
+    componentRow(std::size_t(derivation_.component), offset, out);
   } else {
     magnitudeRow(offset, out);
   }
@@ -141,13 +160,19 @@ void FieldReader::scalarRow(int y, int z, double* out) const {
   }
 }
 
+void FieldReader::componentRow(std::size_t component, std::ptrdiff_t offset, double* out) const {
+  const int count = field_.size[0];
+  converterOf(field_.type)(field_.components[component] + offset, field_.strides[0], count, out);
+  for (const auto& [low, high] : derivation_.noData)
+    for (int i = 0; i < count; ++i) out[i] = out[i] >= low && out[i] <= high ? kNoData : out[i];
+}
+
 void FieldReader::magnitudeRow(std::ptrdiff_t offset, double* out) const {
   const int count = field_.size[0];
-  const auto convert = converterOf(field_.type);
   auto& component = scratch(0, count);
   std::fill_n(out, count, 0.0);
-  for (const auto* data : field_.components) {
-    convert(data + offset, field_.strides[0], count, component.data());
+  for (std::size_t c = 0; c < field_.components.size(); ++c) {
+    componentRow(c, offset, component.data());
     for (int i = 0; i < count; ++i) out[i] += component[std::size_t(i)] * component[std::size_t(i)];
   }
   bool extreme = false;
@@ -160,16 +185,16 @@ void FieldReader::magnitudeRow(std::ptrdiff_t offset, double* out) const {
   // out.
   auto& largest = scratch(1, count);
   std::fill_n(largest.begin(), count, 0.0);
-  for (const auto* data : field_.components) {
-    convert(data + offset, field_.strides[0], count, component.data());
+  for (std::size_t c = 0; c < field_.components.size(); ++c) {
+    componentRow(c, offset, component.data());
     for (int i = 0; i < count; ++i) {
       auto& most = largest[std::size_t(i)];
       most = std::max(most, std::abs(component[std::size_t(i)]));
     }
   }
   std::fill_n(out, count, 0.0);
-  for (const auto* data : field_.components) {
-    convert(data + offset, field_.strides[0], count, component.data());
+  for (std::size_t c = 0; c < field_.components.size(); ++c) {
+    componentRow(c, offset, component.data());
     for (int i = 0; i < count; ++i) {
       const double most = largest[std::size_t(i)];
       const double ratio = component[std::size_t(i)] / (most > 0.0 ? most : 1.0);

@@ -56,15 +56,24 @@ struct MaskView {
   std::array<std::ptrdiff_t, 3> strides{};
 };
 
+/// Values low .. high, both included; one value where they are equal.
+struct ValueRange {
+  double low = 0.0, high = 0.0;
+  friend bool operator==(const ValueRange&, const ValueRange&) = default;
+};
+
 /// The scalar that a field of the configuration is made of.
 struct Derivation {
   int component = 0;      ///< -1: the magnitude over all components
   bool gradient = false;  ///< the gradient's magnitude of that, in world units (method §1)
+  /// What stands for no data in any of the components that are read. A value is compared as the
+  /// host's type holds it.
+  std::vector<ValueRange> noData;
   friend bool operator==(const Derivation&, const Derivation&) = default;
 };
 
-/// Reads rows of a derived scalar in double; no data (NaN, infinite, masked) is NaN. Const and
-/// usable from several threads; the views must outlive it.
+/// Reads rows of a derived scalar in double; no data (NaN, infinite, masked, a fill value) is NaN.
+/// Const and usable from several threads; the views must outlive it.
 class FieldReader {
  public:
   /// `nodes` are the world positions of the samples per axis (for gradients).
@@ -81,13 +90,15 @@ class FieldReader {
 
  private:
   void scalarRow(int y, int z, double* out) const;
+  /// A row of a component; `offset`: of the row's first sample, bytes.
+  void componentRow(std::size_t component, std::ptrdiff_t offset, double* out) const;
   void magnitudeRow(std::ptrdiff_t offset, double* out) const;
   void gradientRow(int y, int z, double* out) const;
   void normRow(int y, int z, double* out) const;
 
   FieldView field_;
   std::optional<MaskView> mask_;
-  Derivation derivation_;
+  Derivation derivation_;  ///< noData as the host's type holds it
   std::array<std::vector<double>, 3> nodes_;
   std::vector<FieldReader> terms_;  ///< of a norm
   std::vector<double> ranges_;

@@ -20,7 +20,7 @@ struct Moments {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
   double mean = 0.0;
-  double squares = 0.0;
+  long double squares = 0.0;  ///< whose exponents hold squares of 1e300 and of 1e-300
 
   void add(const Moments& other) {
     samples += other.samples;
@@ -28,7 +28,7 @@ struct Moments {
     const double ours = double(finite), theirs = double(other.finite), all = ours + theirs;
     const double delta = other.mean - mean;
     mean += delta * (theirs / all);
-    squares += other.squares + delta * delta * (ours * theirs / all);
+    squares += other.squares + static_cast<long double>(delta) * delta * (ours * theirs / all);
     finite += other.finite;
     low = std::min(low, other.low);
     high = std::max(high, other.high);
@@ -73,6 +73,13 @@ Moments momentsOf(const double* values, int count) {
     squares[lane] += delta == delta ? delta * delta : 0.0;
   });
   for (const double part : squares) row.squares += part;
+  const double width = row.high - row.low;
+  if (width > 1e-140 && width < 1e140) return row;
+  row.squares = 0.0;
+  for (int i = 0; i < count; ++i) {
+    const long double delta = static_cast<long double>(values[i]) - row.mean;
+    if (delta == delta) row.squares += delta * delta;
+  }
   return row;
 }
 
@@ -147,7 +154,8 @@ void widenByRowsInFaces(const FieldPart& part, Moments& range) {
 
 }  // namespace
 
-FieldStatistics measureField(const std::vector<FieldPart>& parts, int threads, int bins) {
+FieldStatistics measureField(const std::vector<FieldPart>& parts, int threads,
+                             std::optional<std::pair<double, double>> ends, int bins) {
   const auto planes = planesOf(parts);
   std::vector<Moments> partial(planes.size());
   parallelFor(int(planes.size()), threads, [&](int i) {
@@ -171,19 +179,27 @@ FieldStatistics measureField(const std::vector<FieldPart>& parts, int threads, i
   result.high = all.high;
   // The mean of equal values may round to one beyond them.
   result.mean = std::clamp(all.mean, all.low, all.high);
-  result.deviation = std::sqrt(all.squares / double(all.finite));
+  result.deviation = double(std::sqrt(all.squares / double(all.finite)));
 
   const double width = all.high - all.low;
   // Bins per unit; a constant field, and one whose range overflows, falls into the first bin.
   const double perBin = double(bins) / width;
   const double scale = width > 0.0 && std::isfinite(width * perBin) ? perBin : 0.0;
+  // Where nothing is outside there is nothing to count.
+  const double least = ends ? ends->first : all.low, most = ends ? ends->second : all.high;
+  const bool counts = all.low < least || all.high > most;
   std::mutex mutex;
   parallelFor(int(planes.size()), threads, [&](int i) {
     // Neighbours fall into the same bin often: each of four has a count of its own, so that none
     // waits for the one before.
     std::vector<std::array<std::uint32_t, 4>> histogram(std::size_t(bins), {0, 0, 0, 0});
     const auto& own = planes[std::size_t(i)].part->own;
+    std::uint64_t below = 0, above = 0;
     visitRows(planes[std::size_t(i)], [&](const double* row) {
+      for (int x = own.low[0]; counts && x < own.high[0]; ++x) {
+        below += row[x] < least;
+        above += row[x] > most;
+      }
       for (int x = own.low[0]; x < own.high[0]; ++x) {
         if (std::isnan(row[x])) continue;
         const int bin = scale > 0.0 ? int((row[x] - all.low) * scale) : 0;
@@ -191,6 +207,8 @@ FieldStatistics measureField(const std::vector<FieldPart>& parts, int threads, i
       }
     });
     const std::lock_guard lock(mutex);
+    result.below += below;
+    result.above += above;
     for (std::size_t b = 0; b < histogram.size(); ++b) {
       for (const std::uint32_t count : histogram[b]) result.histogram[b] += count;
     }

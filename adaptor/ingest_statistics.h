@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "adaptor/block_set.h"
@@ -22,8 +24,9 @@ struct FieldPart {
 /// sampled and interpolated, on the parts' boxes with their faces, so that nothing that rays see
 /// lies outside of it. The result does not depend on the number of threads; range, counts and
 /// histogram do not depend on how the domain is split into blocks either. Two passes: the histogram
-/// needs the range first.
+/// needs the range first. `ends`: of intervals whose `below` and `above` are counted.
 FieldStatistics measureField(const std::vector<FieldPart>& parts, int threads,
+                             std::optional<std::pair<double, double>> ends = {},
                              int bins = kHistogramBins);
 
 }  // namespace vestige

@@ -21,6 +21,22 @@
 
 namespace vestige {
 
+namespace {
+
+/// Lengths and depths of rays are single precision.
+void requireSizeThatFloatsHold(const Box& domain) {
+  constexpr double kLeast = 1e-30, kMost = 1e30;
+  const glm::dvec3 size = domain.size();
+  const double longest = std::max({size.x, size.y, size.z});
+  if (longest <= 0.0 || (longest >= kLeast && longest <= kMost)) return;
+  throw AdaptorError(VESTIGE_ERROR_GRID,
+                     fmt::format("the domain is {} long, domains of {} to {} are taken: share "
+                                 "coordinates in another unit",
+                                 longest, kLeast, kMost));
+}
+
+}  // namespace
+
 Session::Session(const Config& config, const std::string& configText,
                  const std::string& recordDirectory, Log& log, Budget::Clock clock)
     : config_(config),
@@ -62,7 +78,7 @@ void Session::openArchive() {
         "each an archive of its own",
         launch_->variable, config_.output, launchNote(*launch_)));
   }
-  if (config_.existing == ExistingArchive::Append) adoptFrozen();
+  if (config_.existing == ExistingArchive::Append) adoptEarlier();
 }
 
 Session::~Session() {
@@ -99,20 +115,10 @@ bool Session::wantsField(const std::string& name) const {
                      [&](const ClassifierConfig& each) { return names(each.fields); });
 }
 
-void Session::adoptFrozen() {
+void Session::adoptEarlier() {
   // A restart goes on with the intervals of the run that it continues.
   try {
-    const Archive archive(config_.output);
-    std::set<std::pair<std::string, std::string>> seen;
-    for (const auto& row : archive.rows()) {
-      if (frozen_.contains(row.field) || frozenFeatures_.contains(row.field) ||
-          !seen.emplace(row.field, row.proxy).second)
-        continue;
-      const ExrFile file = archive.open(row);
-      const auto& header = file.header();
-      if (header.partition) frozen_.emplace(row.field, *header.partition);
-      if (header.features) frozenFeatures_.emplace(row.field, *header.features);
-    }
+    settled_.adopt(Archive(config_.output));
   } catch (const Error& error) {
     if (error.code() != ErrorCode::NotFound) {
       log_.warning(fmt::format("the earlier run's intervals are not taken over: {}", error.what()));
@@ -165,6 +171,7 @@ void Session::execute(std::int64_t cycle, double time) {
   }
   record(cycle, time);
   blocks_.validate();
+  requireSizeThatFloatsHold(blocks_.domain());
   StepTimes times;
   Fields fields{planFields(config_, blocks_, units_), {}, {}};
   fields.classifiers = planClassifiers(config_, fields.plans, blocks_, units_);
@@ -220,7 +227,7 @@ const FieldStatistics& Session::statisticsOf(Fields& fields, const std::string& 
   PlannedField plan = *found;
   completeNorm(fields, plan, times);
   const Stopwatch watch;
-  auto measured = measureField(partsOf(plan, blocks_), threads_);
+  auto measured = measureField(partsOf(plan, blocks_), threads_, settled_.endsOf(plan));
   times.ingest += watch.seconds();
   return fields.statistics.emplace(name, std::move(measured)).first->second;
 }
@@ -228,12 +235,12 @@ const FieldStatistics& Session::statisticsOf(Fields& fields, const std::string& 
 void Session::completeNorm(Fields& fields, PlannedField& plan, StepTimes& times) {
   if (plan.ranges.size() == plan.terms.size()) return;
   for (const PlannedField& term : plan.terms)
-    plan.ranges.push_back(domainOf(fields, term, times).range());
+    plan.ranges.push_back(settled_.scaleOf(term, statisticsOf(fields, term.name, times)));
 }
 
 FieldDomain Session::domainOf(Fields& fields, const PlannedField& plan, StepTimes& times) {
   const auto& statistics = statisticsOf(fields, plan.name, times);
-  return fieldDomain(classificationOf(plan, statistics, 1.0).partition, statistics);
+  return fieldDomain(settled_.classificationOf(plan, statistics, 1.0).partition, statistics);
 }
 
 std::vector<StepClassifier> Session::classifiersOf(Fields& fields, double referenceLength,
@@ -242,48 +249,29 @@ std::vector<StepClassifier> Session::classifiersOf(Fields& fields, double refere
   for (const PlannedClassifier& planned : fields.classifiers) {
     StepClassifier classifier{planned, {}};
     for (PlannedField& field : classifier.plan.fields) completeNorm(fields, field, times);
-    const auto frozen = frozenFeatures_.find(planned.config.name);
-    if (frozen != frozenFeatures_.end() && planned.config.sameShape(*frozen->second.classifier)) {
-      classifier.origin = frozen->second;
+    const FeatureOrigin* settled = settled_.featuresOf(planned.config.name);
+    if (settled && planned.config.sameShape(*settled->classifier)) {
+      classifier.origin = *settled;
     } else {
-      if (frozen != frozenFeatures_.end()) {
+      if (settled) {
         log_.warning(
             fmt::format("[[classifier]] '{}' has other fields or features than in the "
                         "earlier run, which is not gone on with",
                         planned.config.name));
-        frozenFeatures_.erase(frozen);
+        settled_.forgetFeatures(planned.config.name);
       }
       std::vector<FieldDomain> domains;
-      for (const PlannedField& field : classifier.plan.fields)
+      bool allVary = true;
+      for (const PlannedField& field : classifier.plan.fields) {
         domains.push_back(domainOf(fields, field, times));
+        allVary = allVary && varies(fields.statistics.at(field.name), field.config.intervals);
+      }
       classifier.origin = originOf(classifier.plan, std::move(domains), referenceLength, blocks_);
+      classifier.origin.settled = allVary;
     }
     ready.push_back(std::move(classifier));
   }
   return ready;
-}
-
-Classification Session::classificationOf(const PlannedField& plan,
-                                         const FieldStatistics& statistics,
-                                         double referenceLength) const {
-  const auto found = frozen_.find(plan.name);
-  const bool freezes =
-      plan.config.bounds.empty() && plan.config.range == FieldConfig::Range::FirstStep;
-  if (!freezes || found == frozen_.end() || found->second.intervals() != plan.config.intervals) {
-    return classify(plan.config, statistics, referenceLength);
-  }
-  // The frozen intervals as explicit bounds; the base function follows from them again.
-  FieldConfig config = plan.config;
-  const auto bounds = found->second.bounds();
-  config.bounds.assign(bounds.begin(), bounds.end());
-  return classify(config, statistics, referenceLength);
-}
-
-void Session::warnOf(const StepField& field) {
-  const auto& statistics = field.statistics;
-  if (statistics.noData == 0 || !warned_.insert("no data in " + field.plan.name).second) return;
-  log_.warning(fmt::format("field '{}' has {} samples of {} without data (NaN, infinite or masked)",
-                           field.plan.name, statistics.noData, statistics.count));
 }
 
 TierBytes Session::featureBytes(const StepFrame& frame,
@@ -369,12 +357,11 @@ bool Session::store(StepFrame frame, Fields& fields, StepTimes& times) {
   }
   std::vector<StepField> ready;
   for (auto& plan : config_.makesFields() ? fields.plans : std::vector<PlannedField>{}) {
-    completeNorm(fields, plan, times);
-    const auto& statistics = statisticsOf(fields, plan.name, times);
-    ready.push_back({plan, statistics, classificationOf(plan, statistics, referenceLength)});
-    warnOf(ready.back());
+    ready.push_back(readyOf(fields, plan, frame, referenceLength, times));
   }
   const auto classifiers = classifiersOf(fields, referenceLength, times);
+  for (const auto& [name, statistics] : fields.statistics)
+    warnings_.ofSamples(*fields.find(name), statistics, blocks_, threads_);
   findLadder(frame, fields);
   std::vector<EncodedProxy> proxies;
   for (auto verdict = Budget::Verdict::Again; verdict != Budget::Verdict::Keep;) {
@@ -394,27 +381,28 @@ bool Session::store(StepFrame frame, Fields& fields, StepTimes& times) {
     log_.info(fmt::format("dry run: [budget] time_share = {} allows such a step every {:.3g} s",
                           *config_.budget.timeShare, budget_.secondsNeeded()));
   }
-  freeze(fields, classifiers);
+  settle(fields, classifiers);
   return true;
 }
 
-void Session::freeze(const Fields& fields, const std::vector<StepClassifier>& classifiers) {
-  // A field without any finite value says nothing of its range yet.
-  const auto known = [&](const std::string& name) {
-    const FieldStatistics& statistics = fields.statistics.at(name);
-    return statistics.count > statistics.noData;
-  };
-  for (const auto& [name, statistics] : fields.statistics) {
-    if (known(name))
-      frozen_.try_emplace(name, classificationOf(*fields.find(name), statistics, 1.0).partition);
-  }
-  for (const StepClassifier& classifier : classifiers) {
-    const std::string& name = classifier.plan.config.name;
-    if (frozenFeatures_.contains(name)) continue;
-    const auto& of = classifier.plan.fields;
-    if (std::all_of(of.begin(), of.end(), [&](const auto& field) { return known(field.name); }))
-      frozenFeatures_.emplace(name, classifier.origin);
-  }
+StepField Session::readyOf(Fields& fields, PlannedField& plan, const StepFrame& frame,
+                           double referenceLength, StepTimes& times) {
+  completeNorm(fields, plan, times);
+  const auto& statistics = statisticsOf(fields, plan.name, times);
+  const auto before = settled_.endsOf(plan);
+  StepField ready{plan, statistics, settled_.classificationOf(plan, statistics, referenceLength)};
+  const IntervalPartition& intervals = ready.classification.partition;
+  warnings_.ofIntervals(plan, statistics, before, intervals, frame.cycle);
+  // Widened intervals hold all that there is.
+  if (before != Settled::Ends{intervals.low(), intervals.high()})
+    ready.statistics.below = ready.statistics.above = 0;
+  return ready;
+}
+
+void Session::settle(const Fields& fields, const std::vector<StepClassifier>& classifiers) {
+  for (const auto& [name, statistics] : fields.statistics)
+    settled_.keep(*fields.find(name), statistics);
+  for (const StepClassifier& classifier : classifiers) settled_.keep(classifier);
 }
 
 std::uint64_t Session::write(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,

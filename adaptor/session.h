@@ -14,9 +14,11 @@
 #include "adaptor/classification.h"
 #include "adaptor/config.h"
 #include "adaptor/feature_step.h"
+#include "adaptor/field_warnings.h"
 #include "adaptor/ladder.h"
 #include "adaptor/log.h"
 #include "adaptor/record.h"
+#include "adaptor/settled.h"
 #include "adaptor/step.h"
 #include "adaptor/stopwatch.h"
 #include "adaptor/trigger.h"
@@ -59,7 +61,7 @@ class Session {
   };
   void startRecording(const std::string& configText, const std::string& directory);
   void openArchive();
-  void adoptFrozen();
+  void adoptEarlier();
   void record(std::int64_t cycle, double time);
   const FieldStatistics& statisticsOf(Fields& fields, const std::string& name, StepTimes& times);
   /// Finds the ranges of a gradient norm.
@@ -68,8 +70,6 @@ class Session {
   FieldDomain domainOf(Fields& fields, const PlannedField& plan, StepTimes& times);
   std::vector<StepClassifier> classifiersOf(Fields& fields, double referenceLength,
                                             StepTimes& times);
-  Classification classificationOf(const PlannedField& plan, const FieldStatistics& statistics,
-                                  double referenceLength) const;
   TierBytes featureBytes(const StepFrame& frame,
                          const std::vector<PlannedClassifier>& classifiers) const;
   void findLadder(const StepFrame& frame, const Fields& fields);
@@ -78,13 +78,15 @@ class Session {
   bool store(StepFrame frame, Fields& fields, StepTimes& times);
   std::vector<EncodedProxy> make(StepFrame& frame, const std::vector<StepField>& fields,
                                  const std::vector<StepClassifier>& classifiers, StepTimes& times);
+  /// The field with its intervals; says what is to be said of it.
+  StepField readyOf(Fields& fields, PlannedField& plan, const StepFrame& frame,
+                    double referenceLength, StepTimes& times);
   /// Keeps ranges and classifiers for the steps to come.
-  void freeze(const Fields& fields, const std::vector<StepClassifier>& classifiers);
+  void settle(const Fields& fields, const std::vector<StepClassifier>& classifiers);
   std::uint64_t write(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,
                       StepTimes& times);
   void finishStep(const StepFrame& frame, const std::vector<EncodedProxy>& proxies,
                   StepTimes& times);
-  void warnOf(const StepField& field);
 
   Config config_;
   Log& log_;
@@ -100,9 +102,9 @@ class Session {
   std::map<std::string, std::string> units_;
   Trigger trigger_;
   Budget budget_;
-  std::vector<Rung> ladder_;                         ///< of the first step's grid; empty until then
-  std::map<std::string, IntervalPartition> frozen_;  ///< of fields with the first step's range
-  std::map<std::string, FeatureOrigin> frozenFeatures_;  ///< of classifiers, from the first step on
+  std::vector<Rung> ladder_;  ///< of the first step's grid; empty until then
+  Settled settled_;
+  FieldWarnings warnings_{log_};
   std::set<std::string> warned_;
   std::optional<std::int64_t> lastCycle_;
   std::int64_t storedSteps_ = 0;

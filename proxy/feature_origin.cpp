@@ -40,9 +40,11 @@ json toJson(const FeatureOrigin& origin) {
   json domains = json::array();
   for (const FieldDomain& each : origin.domains)
     domains.push_back({{"low", each.low}, {"high", each.high}, {"median", each.median}});
-  return {{"classifier", origin.classifier->json()},
-          {"domains", std::move(domains)},
-          {"referenceLength", origin.referenceLength}};
+  json object{{"classifier", origin.classifier->json()},
+              {"domains", std::move(domains)},
+              {"referenceLength", origin.referenceLength}};
+  if (!origin.settled) object["settled"] = false;
+  return object;
 }
 
 FeatureOrigin featureOriginFromJson(const json& object) try {
@@ -54,6 +56,10 @@ FeatureOrigin featureOriginFromJson(const json& object) try {
   origin.referenceLength = number(object, "referenceLength");
   if (!(origin.referenceLength > 0.0))
     refuse(fmt::format("'referenceLength' is {}", origin.referenceLength));
+  if (const auto settled = object.find("settled"); settled != object.end()) {
+    if (!settled->is_boolean()) refuse("'settled' is neither true nor false");
+    origin.settled = settled->get<bool>();
+  }
   std::unique_ptr<Classifier> read = classifierFromJson(*classifier, "classifier", "proxy");
   if (domains->size() != read->fields().size())
     refuse(fmt::format("{} fields have {} domains", read->fields().size(), domains->size()));

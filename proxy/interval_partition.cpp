@@ -29,7 +29,7 @@ void checkCount(int intervals) {
 /// The least width of one interval that doubles of this magnitude can tell apart.
 double leastWidth(double low, double high) {
   const double magnitude = std::max({std::abs(low), std::abs(high), 1e-290});
-  return 8.0 * std::numeric_limits<double>::epsilon() * magnitude;
+  return 2.0 * std::numeric_limits<double>::epsilon() * magnitude;
 }
 
 /// [low, high], widened about its middle where it is too narrow for so many intervals. A constant
@@ -46,11 +46,68 @@ Range usableRange(double low, double high, int intervals) {
   return {std::max(middle - half, -kLargest), std::min(middle + half, kLargest)};
 }
 
+/// bounds[first .. last], equal intervals from `low` to `high`.
+void spread(std::vector<double>& bounds, int first, int last, double low, double high) {
+  for (int k = first; k <= last; ++k)
+    bounds[std::size_t(k)] = std::lerp(low, high, double(k - first) / (last - first));
+}
+
 std::vector<double> equalBounds(Range range, int intervals) {
-  std::vector<double> bounds(intervals + 1);
-  for (int k = 0; k <= intervals; ++k)
-    bounds[k] = std::lerp(range.low, range.high, double(k) / intervals);
+  std::vector<double> bounds(std::size_t(intervals) + 1);
+  spread(bounds, 0, intervals, range.low, range.high);
   return bounds;
+}
+
+/// How many of the intervals lie below zero, if that holds `share` of what is divided; 0 = zero
+/// gets no bound: the range does not straddle it, or reaches beyond by less than 1/1000 of its
+/// width.
+int intervalsBelowZero(Range range, int intervals, double share) {
+  const double least = 1e-3 * (range.high - range.low);
+  if (intervals < 2 || !(-range.low >= least) || !(range.high >= least)) return 0;
+  return int(std::clamp(std::nearbyint(share * intervals), 1.0, intervals - 1.0));
+}
+
+/// The cumulative share of a histogram over [low, high], and its inverse; linear within a bin.
+class Cumulative {
+ public:
+  Cumulative(double low, double high, std::span<const std::uint64_t> bins)
+      : low_(low), high_(high), bins_(bins) {
+    for (const std::uint64_t n : bins) total_ += double(n);
+  }
+  bool empty() const { return total_ == 0.0; }
+  double shareBelow(double value) const {
+    const double place = (value - low_) / (high_ - low_) * double(bins_.size());
+    double sum = 0.0;
+    for (std::size_t i = 0; i < bins_.size() && double(i) < place; ++i)
+      sum += double(bins_[i]) * std::min(1.0, place - double(i));
+    return sum / total_;
+  }
+  double valueAt(double share) const {
+    const double wanted = share * total_;
+    std::size_t bin = 0;
+    double before = 0.0;
+    while (bin + 1 < bins_.size() && before + double(bins_[bin]) < wanted)
+      before += double(bins_[bin++]);
+    const double inside = bins_[bin] ? (wanted - before) / double(bins_[bin]) : 0.0;
+    return std::lerp(low_, high_,
+                     (double(bin) + std::clamp(inside, 0.0, 1.0)) / double(bins_.size()));
+  }
+
+ private:
+  double low_, high_, total_ = 0.0;
+  std::span<const std::uint64_t> bins_;
+};
+
+/// bounds[first + 1 .. last - 1] at equal shares from `from` to `to`; where the data repeat one
+/// value they crowd together and are pushed apart, both ways.
+void spreadByShare(std::vector<double>& bounds, int first, int last, const Cumulative& shares,
+                   double from, double to, double least) {
+  for (int k = first + 1; k < last; ++k) {
+    const double value = shares.valueAt(std::lerp(from, to, double(k - first) / (last - first)));
+    bounds[std::size_t(k)] = std::max(value, bounds[std::size_t(k) - 1] + least);
+  }
+  for (int k = last - 1; k > first; --k)
+    bounds[std::size_t(k)] = std::min(bounds[std::size_t(k)], bounds[std::size_t(k) + 1] - least);
 }
 
 }  // namespace
@@ -58,6 +115,21 @@ std::vector<double> equalBounds(Range range, int intervals) {
 IntervalPartition IntervalPartition::uniform(double low, double high, int intervals) {
   checkCount(intervals);
   return fromBounds(equalBounds(usableRange(low, high, intervals), intervals));
+}
+
+IntervalPartition IntervalPartition::uniformAroundZero(double low, double high, int intervals) {
+  checkCount(intervals);
+  const Range range = usableRange(low, high, intervals);
+  const int below = intervalsBelowZero(range, intervals, -range.low / (range.high - range.low));
+  if (below == 0) return fromBounds(equalBounds(range, intervals));
+  std::vector<double> bounds(std::size_t(intervals) + 1);
+  spread(bounds, 0, below, range.low, 0.0);
+  spread(bounds, below, intervals, 0.0, range.high);
+  return fromBounds(std::move(bounds));
+}
+
+bool IntervalPartition::resolves(double low, double high, int intervals) {
+  return low < high && high - low >= intervals * leastWidth(low, high);
 }
 
 IntervalPartition IntervalPartition::fromBounds(std::vector<double> bounds) {
@@ -79,27 +151,22 @@ IntervalPartition IntervalPartition::quantiles(double low, double high,
                                                std::span<const std::uint64_t> bins, int intervals) {
   checkCount(intervals);
   const Range range = usableRange(low, high, intervals);
-  double total = 0.0;
-  for (const std::uint64_t n : bins) total += double(n);
-  if (total == 0.0 || low == high) return fromBounds(equalBounds(range, intervals));
+  const Cumulative shares(low, high, bins);
+  if (shares.empty() || low == high) return fromBounds(equalBounds(range, intervals));
 
-  // Invert the piecewise-linear cumulative histogram at the shares k / L.
-  std::vector<double> bounds(intervals + 1);
+  std::vector<double> bounds(std::size_t(intervals) + 1);
   bounds.front() = range.low;
   bounds.back() = range.high;
-  std::size_t bin = 0;
-  double before = 0.0;
-  for (int k = 1; k < intervals; ++k) {
-    const double wanted = total * k / intervals;
-    while (bin + 1 < bins.size() && before + double(bins[bin]) < wanted)
-      before += double(bins[bin++]);
-    const double inside = bins[bin] ? (wanted - before) / double(bins[bin]) : 0.0;
-    bounds[k] = std::lerp(low, high, (double(bin) + std::clamp(inside, 0.0, 1.0)) / bins.size());
-  }
-  // Where the data repeat one value the bounds crowd together: push them apart, both ways.
   const double least = leastWidth(range.low, range.high);
-  for (int k = 1; k < intervals; ++k) bounds[k] = std::max(bounds[k], bounds[k - 1] + least);
-  for (int k = intervals - 1; k > 0; --k) bounds[k] = std::min(bounds[k], bounds[k + 1] - least);
+  const double negative = shares.shareBelow(0.0);
+  const int below = intervalsBelowZero(range, intervals, negative);
+  if (below == 0) {
+    spreadByShare(bounds, 0, intervals, shares, 0.0, 1.0, least);
+  } else {
+    bounds[std::size_t(below)] = 0.0;
+    spreadByShare(bounds, 0, below, shares, 0.0, negative, least);
+    spreadByShare(bounds, below, intervals, shares, negative, 1.0, least);
+  }
   return fromBounds(std::move(bounds));
 }
 

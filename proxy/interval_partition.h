@@ -18,12 +18,20 @@ class IntervalPartition {
   /// L equal intervals over [low, high]. low == high (a constant field) gets a range of non-zero
   /// width around the value. Throws InvalidArgument unless finite, low <= high, 1 <= L <= 64.
   static IntervalPartition uniform(double low, double high, int intervals);
+  /// The same, with a bound at zero where zero is inside by 1/1000 of the range or more: equal
+  /// intervals on either side of it, as nearly as wide as those on the other as their number
+  /// allows.
+  static IntervalPartition uniformAroundZero(double low, double high, int intervals);
   /// Throws InvalidArgument unless 2..65 strictly increasing finite bounds.
   static IntervalPartition fromBounds(std::vector<double> bounds);
   /// L intervals that hold about equally many samples, from a histogram of equal bins over
-  /// [low, high]; bounds are made strictly increasing where the data repeat one value.
+  /// [low, high]; bounds are made strictly increasing where the data repeat one value. With a bound
+  /// at zero as above: about equally many samples on either side of it.
   static IntervalPartition quantiles(double low, double high, std::span<const std::uint64_t> bins,
                                      int intervals);
+  /// Whether doubles can divide [low, high] into so many intervals. If not, as for a constant
+  /// field, the functions above widen it.
+  static bool resolves(double low, double high, int intervals);
 
   int intervals() const { return int(bounds_.size()) - 1; }
   int channels() const { return intervals() + 3; }

@@ -43,9 +43,9 @@ double number(const json& object, const char* key) {
 }  // namespace
 
 json toJson(const FieldStatistics& s) {
-  return {{"count", s.count},        {"noData", s.noData}, {"low", s.low},
-          {"high", s.high},          {"mean", s.mean},     {"deviation", s.deviation},
-          {"histogram", s.histogram}};
+  return {{"count", s.count},         {"noData", s.noData}, {"low", s.low},
+          {"high", s.high},           {"mean", s.mean},     {"deviation", s.deviation},
+          {"histogram", s.histogram}, {"below", s.below},   {"above", s.above}};
 }
 
 FieldStatistics statisticsFromJson(const json& object) {
@@ -65,6 +65,12 @@ FieldStatistics statisticsFromJson(const json& object) {
   if (!bins.is_array()) refuse("histogram", "is no list");
   if (bins.size() > kMaxBins) refuse("histogram", fmt::format("has {} bins", bins.size()));
   for (const json& bin : bins) s.histogram.push_back(count(bin, "histogram"));
+  // Earlier writers did not count them.
+  if (object.contains("below")) s.below = count(object["below"], "below");
+  if (object.contains("above")) s.above = count(object["above"], "above");
+  const std::uint64_t finite = s.count - s.noData;
+  if (s.below > finite || s.above > finite - s.below)
+    refuse("below or above", fmt::format("are more than {} samples", finite));
   return s;
 }
 

@@ -378,6 +378,22 @@ TEST(Classification, DefaultsAreUniformIntervalsARampAndEvenIsovalues) {
   EXPECT_GT(made.base.opacity(10.0), 0.0);
 }
 
+TEST(Classification, FieldsOfBothSignsHaveABoundAtZero) {
+  FieldConfig config;
+  EXPECT_EQ(classify(config, statisticsOver(-1.0, 3.0), 1.0).partition.bounds()[4], 0.0);
+  config.range = FieldConfig::Range::Fixed;
+  config.low = -3.0;
+  config.high = 1.0;
+  const auto fixed = classify(config, statisticsOver(-1.0, 3.0), 1.0).partition;
+  EXPECT_EQ(fixed.low(), -3.0);
+  EXPECT_EQ(fixed.high(), 1.0);
+  EXPECT_EQ(fixed.bounds()[12], 0.0);
+  config.bounds = {-2.0, -0.5, 1.0};
+  EXPECT_EQ(classify(config, statisticsOver(-1.0, 3.0), 1.0).partition,
+            IntervalPartition::fromBounds({-2.0, -0.5, 1.0}))
+      << "what the user gives stays";
+}
+
 TEST(Classification, IsovaluesFollowTheirRule) {
   FieldConfig config;
   config.opacity = {{0, 0}, {2, 1}, {4, 0}, {6, 0.5}, {10, 0}};
@@ -524,6 +540,20 @@ TEST(Config, RefusesClassifiersWithoutSense) {
               "levels: are of \"sliced\"");
   expectError("[[field]]\ngradient_norm = []\n", "gradient_norm: of which fields?");
   expectError("[[field]]\ngradient_norm = ['t']\nsource = 't'\n", "source: gradient_norm already");
+}
+
+TEST(Config, ReadsFillValuesAndRangesOfThem) {
+  const auto fields =
+      configFromText("[[field]]\nsource='t'\nno_data = [1e20, -9999, [-inf, -1e10]]\n", "run.toml")
+          .fields;
+  EXPECT_EQ(fields[0].noData,
+            (std::vector<ValueRange>{{1e20, 1e20}, {-9999, -9999}, {-HUGE_VAL, -1e10}}));
+  expectError("[[field]]\nsource='t'\nno_data = 1e20\n", "an array of numbers");
+  expectError("[[field]]\nsource='t'\nno_data = [[1, 0]]\n", "[1, 0] is upside down");
+  expectError("[[field]]\nsource='t'\nno_data = [1, 'x']\n", "element 2 is neither a number");
+  expectError("[[field]]\nsource='t'\nno_data = [[1, 2, 3]]\n", "element 1 is neither");
+  expectError("[[field]]\nsource='t'\nno_data = [nan]\n", "element 1 is neither");
+  expectError("[[field]]\ngradient_norm=['t']\nno_data = [1]\n", "already says");
 }
 
 }  // namespace

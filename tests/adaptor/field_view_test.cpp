@@ -83,7 +83,8 @@ TEST(FieldView, ReadsInterleavedAndSeparateComponentsAlike) {
   for (int c = 1; c < 3; ++c) {
     soa.components.push_back(reinterpret_cast<const std::byte*>(separate.data() + c * kCount));
   }
-  for (const Derivation derivation : {Derivation{1, false}, {-1, false}, {2, true}, {-1, true}}) {
+  for (const auto& derivation :
+       {Derivation{1, false, {}}, {-1, false, {}}, {2, true, {}}, {-1, true, {}}}) {
     EXPECT_EQ(readAll(FieldReader(aos, {}, derivation, unitNodes())),
               readAll(FieldReader(soa, {}, derivation, unitNodes())));
   }
@@ -128,7 +129,7 @@ TEST(FieldView, MagnitudeNeitherOverflowsNorUnderflows) {
   data[4] = 3.0, data[5] = -4.0;
   data[6] = std::numeric_limits<double>::quiet_NaN();
   const auto values =
-      readAll(FieldReader(packed(SampleType::Float64, data, 2), {}, {-1, false}, unitNodes()));
+      readAll(FieldReader(packed(SampleType::Float64, data, 2), {}, {-1, false, {}}, unitNodes()));
   EXPECT_DOUBLE_EQ(values[0], 5e200);
   EXPECT_DOUBLE_EQ(values[1], 5e-200);
   EXPECT_DOUBLE_EQ(values[2], 5.0);
@@ -146,7 +147,8 @@ TEST(FieldView, GradientOfALinearFieldIsItsSlopeOnAnyAxes) {
       for (const double x : nodes[0]) data.push_back(2.0 * x - 3.0 * y + 6.0 * z);
     }
   }
-  const auto values = readAll(FieldReader(packed(SampleType::Float64, data), {}, {0, true}, nodes));
+  const auto values =
+      readAll(FieldReader(packed(SampleType::Float64, data), {}, {0, true, {}}, nodes));
   for (const double value : values) EXPECT_NEAR(value, 7.0, 1e-12);
 }
 
@@ -176,7 +178,7 @@ TEST(FieldView, GradientIsOneSidedBesideMissingSamples) {
   for (int i = 0; i < kCount; ++i) data.push_back(i % 5);
   data[2] = std::numeric_limits<double>::quiet_NaN();
   const auto values =
-      readAll(FieldReader(packed(SampleType::Float64, data), {}, {0, true}, unitNodes()));
+      readAll(FieldReader(packed(SampleType::Float64, data), {}, {0, true, {}}, unitNodes()));
   EXPECT_DOUBLE_EQ(values[1], 1.0);
   EXPECT_TRUE(std::isnan(values[2]));
   EXPECT_DOUBLE_EQ(values[3], 1.0);
@@ -214,6 +216,65 @@ TEST(FieldView, FillsASlabAsPartOfTheWhole) {
   std::vector<float> slab(20);
   fillNormalised(reader, 0.0, 1.0, {{0, 0, 0}, reader.size()}, 1, 2, slab.data(), 2);
   for (int i = 0; i < 20; ++i) EXPECT_EQ(slab[std::size_t(i)], float(20 + i));
+}
+
+TEST(FieldView, FillValuesAreNoDataAsTheTypeHoldsThem) {
+  const auto missing = [](SampleType type, const auto& data, std::vector<ValueRange> noData,
+                          int components = 1, int component = 0) {
+    const auto values = readAll(FieldReader(packed(type, data, components), {},
+                                            {component, false, std::move(noData)}, unitNodes()));
+    std::vector<int> indices;
+    for (int i = 0; i < kCount; ++i) {
+      if (std::isnan(values[std::size_t(i)])) indices.push_back(i);
+    }
+    return indices;
+  };
+  std::vector<float> floats(kCount, 1.0f);
+  floats[3] = 1e20f;
+  floats[4] = std::nextafter(1e20f, 0.0f);
+  floats[5] = -9999.0f;
+  floats[6] = -1e30f;
+  floats[7] = -2e15f;
+  floats[8] = -1e10f;
+  EXPECT_EQ(missing(SampleType::Float32, floats, {{1e20, 1e20}}), std::vector<int>{3});
+  EXPECT_EQ(missing(SampleType::Float32, floats, {{-9999, -9999}, {-1e30, -1e10}}),
+            (std::vector<int>{5, 6, 7, 8}));
+  EXPECT_EQ(missing(SampleType::Float32, floats, {{-HUGE_VAL, -9999}}),
+            (std::vector<int>{5, 6, 7, 8}));
+  std::vector<double> doubles(kCount, 1.0);
+  doubles[1] = 1e20;
+  doubles[2] = double(1e20f);
+  doubles[3] = std::nextafter(1e20, 0.0);
+  EXPECT_EQ(missing(SampleType::Float64, doubles, {{1e20, 1e20}}), (std::vector<int>{1, 2}));
+  std::vector<std::int16_t> shorts(kCount, 7);
+  shorts[9] = -32768;
+  EXPECT_EQ(missing(SampleType::Int16, shorts, {{-32768, -32768}, {7.5, 7.5}}),
+            std::vector<int>{9});
+
+  // Of vectors: in the component that is read, or in any that a magnitude is made of.
+  std::vector<float> vectors(std::size_t(kCount) * 2, 3.0f);
+  vectors[2 * 4] = -9999.0f;
+  vectors[2 * 6 + 1] = -9999.0f;
+  vectors[2 * 8] = vectors[2 * 8 + 1] = -9999.0f;
+  EXPECT_EQ(missing(SampleType::Float32, vectors, {{-9999, -9999}}, 2, 0),
+            (std::vector<int>{4, 8}));
+  EXPECT_EQ(missing(SampleType::Float32, vectors, {{-9999, -9999}}, 2, -1),
+            (std::vector<int>{4, 6, 8}));
+}
+
+TEST(FieldView, GradientsLookAwayFromFillValues) {
+  std::vector<float> data(kCount);
+  for (int i = 0; i < kCount; ++i) data[std::size_t(i)] = float(i % 5);
+  data[7] = 1e20f;  // and its neighbour at the border, 2, has no other one along y
+  const auto values = readAll(
+      FieldReader(packed(SampleType::Float32, data), {}, {0, true, {{1e20, 1e20}}}, unitNodes()));
+  for (int i = 0; i < kCount; ++i) {
+    if (i == 7 || i == 2) {
+      EXPECT_TRUE(std::isnan(values[std::size_t(i)]));
+    } else {
+      EXPECT_NEAR(values[std::size_t(i)], 1.0, 1e-6) << i;
+    }
+  }
 }
 
 }  // namespace

@@ -136,5 +136,32 @@ TEST(IngestStatistics, TakeRangesThatOverflow) {
   EXPECT_EQ(std::accumulate(result.histogram.begin(), result.histogram.end(), 0ull), result.count);
 }
 
+TEST(IngestStatistics, CountWhatIsOutsideOfIntervals) {
+  const Sample sample;
+  const auto all = {sample.part(0, 12, 0, 10), sample.part(9, 21, 1, 12)};
+  const double low = 101324.7, high = 101325.2;
+  const auto result = measureField(all, 2, std::pair(low, high));
+  const auto count = [&](auto wanted) {
+    return std::uint64_t(std::count_if(sample.data.begin(), sample.data.end(), wanted));
+  };
+  EXPECT_EQ(result.below, count([&](double v) { return v < low; }));
+  EXPECT_EQ(result.above, count([&](double v) { return v > high; }));
+  EXPECT_GT(result.shareOutside(), 0.1);
+  EXPECT_EQ(measureField(all, 2).shareOutside(), 0.0) << "no intervals are known";
+  EXPECT_EQ(measureField(all, 2, std::pair(0.0, 1e6)).shareOutside(), 0.0);
+}
+
+TEST(IngestStatistics, HoldHugeAndTinyDeviations) {
+  for (const double scale : {1e300, 1e-300, 1e160, 1e-160}) {
+    Sample sample;
+    for (std::size_t i = 0; i < sample.data.size(); ++i)
+      sample.data[i] = scale * std::sin(0.37 * double(i));
+    const auto result = measureField({sample.part(0, 21, 0, 21)}, 2);
+    EXPECT_NEAR(result.deviation / scale, std::sqrt(0.5), 0.01) << scale;
+    EXPECT_NEAR(result.high / scale, 1.0, 0.01);
+    EXPECT_GT(result.histogram[128], 0u) << "not all in one bin";
+  }
+}
+
 }  // namespace
 }  // namespace vestige

@@ -166,5 +166,63 @@ TEST(IntervalPartition, RefusesRangesAndBoundsThatAreNone) {
   expectRefused([] { IntervalPartition::quantiles(0, 1, {}, 0); });
 }
 
+TEST(IntervalPartition, PutsABoundAtZeroWhereTheRangeStraddlesIt) {
+  struct Case {
+    double low, high;
+    int intervals, below;
+  };
+  for (const auto& [low, high, intervals, below] : std::vector<Case>{{-1.0, 1.0, 16, 8},
+                                                                     {-1.0, 2.0, 16, 5},
+                                                                     {-0.01, 1.0, 16, 1},
+                                                                     {-1e6, 3.0, 8, 0},
+                                                                     {-7.0, 1e-3, 4, 0},
+                                                                     {-7.0, 1e-1, 4, 3},
+                                                                     {-1e300, 1e300, 5, 3},
+                                                                     {-2e-300, 1e-300, 3, 2},
+                                                                     {-1.0, 1.0, 1, 0}}) {
+    SCOPED_TRACE(testing::Message() << low << " " << high << " " << intervals);
+    const auto p = IntervalPartition::uniformAroundZero(low, high, intervals);
+    expectIncreasing(p);
+    EXPECT_EQ(p.intervals(), intervals);
+    EXPECT_EQ(p.low(), low) << "the range stays";
+    EXPECT_EQ(p.high(), high);
+    if (below == 0) {
+      EXPECT_EQ(p, IntervalPartition::uniform(low, high, intervals));
+      continue;
+    }
+    EXPECT_EQ(p.bounds()[std::size_t(below)], 0.0);
+    for (int k = 0; k < intervals; ++k) {
+      const double width = p.bounds()[std::size_t(k) + 1] - p.bounds()[std::size_t(k)];
+      EXPECT_NEAR(width, k < below ? -low / below : high / (intervals - below),
+                  1e-12 * (high - low));
+    }
+  }
+  // Of one sign: as ever.
+  for (const double low : {0.0, 1.0, -3.0})
+    EXPECT_EQ(IntervalPartition::uniformAroundZero(low, low < 0 ? 0.0 : 5.0, 16),
+              IntervalPartition::uniform(low, low < 0 ? 0.0 : 5.0, 16));
+}
+
+TEST(IntervalPartition, QuantilesHaveABoundAtZeroToo) {
+  // A quarter of the samples is negative, evenly; the others crowd above zero.
+  std::vector<std::uint64_t> bins(256, 0);
+  for (std::size_t i = 0; i < 128; ++i) bins[i] = 10;
+  for (std::size_t i = 128; i < 160; ++i) bins[i] = 120;
+  const auto p = IntervalPartition::quantiles(-1.0, 1.0, bins, 8);
+  expectIncreasing(p);
+  EXPECT_EQ(p.bounds()[2], 0.0);
+  EXPECT_NEAR(p.bounds()[1], -0.5, 0.02);
+  EXPECT_NEAR(p.bounds()[5], 0.125, 0.02);
+  EXPECT_EQ(p.low(), -1.0);
+  EXPECT_EQ(p.high(), 1.0);
+}
+
+TEST(IntervalPartition, SaysWhetherDoublesResolveARange) {
+  EXPECT_TRUE(IntervalPartition::resolves(0.0, 1.0, 64));
+  EXPECT_TRUE(IntervalPartition::resolves(-1e12, -1e12 + 0.01, 16));
+  EXPECT_FALSE(IntervalPartition::resolves(5.0, 5.0, 16));
+  EXPECT_FALSE(IntervalPartition::resolves(1.0, std::nextafter(1.0, 2.0), 2));
+}
+
 }  // namespace
 }  // namespace vestige

@@ -62,5 +62,26 @@ TEST(FieldStatistics, NameTheKeyThatHostileJsonSpoils) {
   expectRefused(json::array(), "no object");
 }
 
+TEST(FieldStatistics, SayWhatShareIsOutsideOfTheIntervals) {
+  FieldStatistics statistics = kStatistics;
+  statistics.count = 103;
+  statistics.below = 10;
+  statistics.above = 15;
+  EXPECT_EQ(statistics.shareOutside(), 0.25) << "of those with data";
+  const json written = toJson(statistics);
+  EXPECT_EQ(statisticsFromJson(written), statistics);
+  // Archives from before they were counted.
+  json earlier = written;
+  earlier.erase("below");
+  earlier.erase("above");
+  EXPECT_EQ(statisticsFromJson(earlier).shareOutside(), 0.0);
+  json wrong = written;
+  wrong["above"] = 91;
+  expectRefused(wrong, "above");
+  wrong["above"] = -1;
+  expectRefused(wrong, "above");
+  EXPECT_EQ(FieldStatistics{}.shareOutside(), 0.0);
+}
+
 }  // namespace
 }  // namespace vestige

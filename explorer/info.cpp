@@ -14,6 +14,7 @@
 #include "explorer/feature_info.h"
 #include "explorer/learned_pass.h"
 #include "explorer/radiality.h"
+#include "explorer/range_info.h"
 #include "explorer/stack_source.h"
 #include "explorer/stated_error.h"
 #include "proxy/error.h"
@@ -267,6 +268,7 @@ json archiveInfo(const Archive& archive) {
     const ProxyHeader header = archive.open(fieldRows.at(field)).header();
     if (!header.features) info["fields"].push_back(fieldInfo(header));
   }
+  info["ranges"] = rangeInfo(archive);
   info["features"] = featureInfo(archive);
   info["customizations"] = customInfo(archive);
   for (const std::string& field : archive.fields()) {
@@ -356,6 +358,7 @@ std::string infoText(const json& info) {
     }
     text += "\n";
   }
+  text += rangeText(info["ranges"]);
   for (const json& stored : info["storedFields"]) {
     text += fmt::format("  stored field {}: {} x {} x {} samples, reduced by {}, within {:.3g}\n",
                         stored["name"].get<std::string>(), stored["samples"][0].dump(),

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/look_units.h"
+
+#include "proxy/length_unit.h"
+
+namespace vestige {
+
+Look withScaledLengths(Look look, double factor) {
+  if (look.slice) look.slice->w *= factor;
+  if (look.clip) scaleLengths(*look.clip, factor);
+  if (look.referenceLength) *look.referenceLength *= factor;
+  if (look.customization) scaleLengths(*look.customization, factor);
+  return look;
+}
+
+}  // namespace vestige

@@ -26,6 +26,11 @@ uniform float extinction[CHANNELS];  // 1 / world unit
 uniform float rate[CHANNELS];        // of attenuation
 #endif
 
+// ∫ Z ds of local sums (length, moment), before the ray's length a depth.
+float momentOf(vec2 sums) {
+  return perMoment * depthOrigin * sums.x + perMoment * scale * sums.y;
+}
+
 struct Values {
   vec4 fields;
   float gradient;
@@ -206,7 +211,7 @@ void main() {
     int to = (3 + c) * planeSize + place;
     planes[to] = world;
     planes[to + CHANNELS * planeSize] =
-        worldPerDepth * (depthOrigin * sums[c] + scale * moments[c]);
+        worldPerDepth * momentOf(vec2(sums[c], moments[c]));
     planes[to + 2 * CHANNELS * planeSize] = attenuation[c];
   }
 #endif

@@ -44,6 +44,11 @@ uniform float backgroundHigh;
 #endif
 uniform vec2 edges[INTERVALS + 4];  // value, and the base function's integral up to it
 
+// ∫ Z ds of local sums (length, moment), before the ray's length a depth.
+float momentOf(vec2 sums) {
+  return perMoment * depthOrigin * sums.x + perMoment * scale * sums.y;
+}
+
 #ifndef VALUE
 #define VALUE(f, z) (f)
 #endif
@@ -519,8 +524,8 @@ void main() {
   vec4 low0 = sums[min(least, kNoData)], high0 = sums[most];
   planes[place] = miss ? -1.0 : float(firstRun + kNoRank * (lastRun + (gaps ? kNoRank : 0)));
   planes[planeSize + place] = float(least + kNoRank * most);
-  planes[2 * planeSize + place] = worldPerDepth * (depthOrigin * low0.x + scale * low0.y);
-  planes[3 * planeSize + place] = worldPerDepth * (depthOrigin * high0.x + scale * high0.y);
+  planes[2 * planeSize + place] = worldPerDepth * momentOf(low0.xy);
+  planes[3 * planeSize + place] = worldPerDepth * momentOf(high0.xy);
 #else
   put(miss ? kInfinity : depthOrigin + scale * zIn);
   put(miss ? -kInfinity : depthOrigin + scale * zOut);
@@ -547,7 +552,7 @@ void main() {
     float worldPerDepth = scale * lengthPerDepth;
     putAt(at, worldPerDepth * sum.x);
     at += kChannels;
-    putAt(at, worldPerDepth * (depthOrigin * sum.x + scale * sum.y));
+    putAt(at, worldPerDepth * momentOf(sum.xy));
     at += kChannels;
     putAt(at, sum.z);
     at += kChannels;

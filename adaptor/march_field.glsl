@@ -17,6 +17,7 @@ uniform vec2 texelSize, cornerOrigin;      // texture coordinates of the corner 
 uniform sampler2D nodesX, nodesY, nodesZ;  // row 0: node, 1 / width, next node; row 1: guesses
 uniform vec3 guesses[3];                   // per axis: low, cells / length, cells
 uniform float scale;
+uniform float perMoment;     // moments are of depths in units of 1 / this, lest squares overflow
 
 const float kGap = 3e38;      // stands for a sample without data
 const float kGapEdge = 2e38;  // everything above is such a sample

@@ -8,6 +8,7 @@
 #include "adaptor/tile_plan.h"
 #include "proxy/error.h"
 #include "proxy/gl/functions.h"
+#include "proxy/length_unit.h"
 
 namespace vestige {
 namespace {
@@ -177,6 +178,7 @@ void setMarchUniforms(const gl::Program& program, const MarchRequest& request,
   f.Uniform1f(at("stepDepth"), float(marchStep(request, volume.grid()) / frame.scale));
   f.Uniform1f(at("depthOrigin"), float(frame.depthOrigin));
   f.Uniform1f(at("scale"), float(frame.scale));
+  f.Uniform1f(at("perMoment"), float(1.0 / lengthUnitFor(request.domain)));
   const glm::mat3 eye(request.camera.eyeFromWorld());
   f.UniformMatrix3fv(at("eyeFromWorld"), 1, GL_FALSE, glm::value_ptr(eye));
 

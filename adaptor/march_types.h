@@ -61,12 +61,12 @@ struct RayImage {
   std::vector<float> attenuation;    ///< [channels] ∫_{f∈I_k} σ T ds
   std::vector<float> transmittance;  ///< [1] T at the exit; with attenuation or reference
   std::vector<float> length;         ///< [channels] ∫ 1[f∈I_k] ds, world
-  std::vector<float> moment;         ///< [channels] ∫ Z 1[f∈I_k] ds
+  std::vector<float> moment;         ///< [channels] ∫ Z 1[f∈I_k] ds / lengthUnitFor(domain)
   std::vector<float> runs;           ///< [channels] separate runs
   std::vector<std::uint8_t> first, last;  ///< [1] channel of the first and last run; 255 = miss
   std::vector<float> depth;               ///< [layers] planar Z of the first crossing, or +inf
   std::vector<float> normal;              ///< [layers * 3] unit, eye space, turned to the viewer
-  std::vector<float> mip;                 ///< [1] largest value, field units; NaN = none
+  std::vector<float> mip;                 ///< [1] largest value, held as mipScale says; NaN = none
   std::vector<float> reference;           ///< [3] premultiplied linear RGB
 };
 

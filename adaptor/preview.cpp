@@ -8,6 +8,7 @@
 
 #include "adaptor/parallel.h"
 #include "proxy/proxy_image.h"
+#include "proxy/proxy_layout.h"
 
 namespace vestige {
 namespace {
@@ -113,14 +114,14 @@ auto depthPixel(const RayImage& rays) {
   };
 }
 
-auto mipPixel(const RayImage& rays, const TransferFunction& base) {
+auto mipPixel(const RayImage& rays, const TransferFunction& base, const StorageScale& scale) {
   // As many colours as a byte a component can tell apart along a map.
   constexpr int kColors = 2048;
   const double low = base.colorLow(), width = base.colorHigh() - base.colorLow();
   std::vector<glm::dvec3> colors;
   for (int i = 0; i <= kColors; ++i) colors.push_back(base.color(low + i * width / kColors));
-  return [&rays, &base, colors = std::move(colors), low, width](std::size_t p) -> Light {
-    const double value = rays.mip[p];
+  return [&rays, &base, colors = std::move(colors), low, width, scale](std::size_t p) -> Light {
+    const double value = double(rays.mip[p]) * scale.unit + scale.zero;
     if (std::isnan(value)) return {};
     if (!(width > 0.0)) return {base.color(value), 1.0};
     const double at = std::clamp((value - low) / width, 0.0, 1.0);
@@ -144,7 +145,9 @@ Raster preview(std::string_view kind, const RayImage& rays, const Classification
   if (kind == kind::kAttenuation) return draw(rays.size, style, attenuationPixel(rays, look));
   if (kind == kind::kLength) return draw(rays.size, style, lengthPixel(rays, look));
   if (kind == kind::kDepth) return draw(rays.size, style, depthPixel(rays));
-  if (kind == kind::kMip) return draw(rays.size, style, mipPixel(rays, classification.base));
+  if (kind == kind::kMip)
+    return draw(rays.size, style,
+                mipPixel(rays, classification.base, mipScale(classification.partition)));
   return draw(rays.size, style, referencePixel(rays));
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "adaptor/ray_planes.h"
+#include "proxy/proxy_layout.h"
 
 #include <cmath>
 #include <cstring>
@@ -100,9 +101,11 @@ void takePlanes(const float* planes, const MarchRequest& request, int firstRow, 
   }
   reader.take(image.normal);
   if (!image.mip.empty()) {
+    const StorageScale scale = mipScale(request.partition);
     reader.take(0, image.mip, [&](float v) {
-      return std::isinf(v) ? std::numeric_limits<float>::quiet_NaN()
-                           : float(request.partition.denormalised(double(v)));
+      return std::isinf(v)
+                 ? std::numeric_limits<float>::quiet_NaN()
+                 : float((request.partition.denormalised(double(v)) - scale.zero) / scale.unit);
     });
   }
   reader.take(image.reference);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "proxy/error.h"
+#include "proxy/length_unit.h"
 
 namespace vestige {
 namespace {
@@ -106,6 +107,7 @@ void StackBuilder::add(const SlabRays& rays) {
            std::to_string(pixels) + " pixels");
   const SlabChords& chords = *chords_;
   const double least = chords.least(), from = header.slabDepths[number];
+  const double momentUnit = lengthUnitFor(header.domain);
   const double perDepth = SlicedStack::kTurns / (header.slabDepths[number + 1] - from);
   const int noDataRank = header.partition->channels() - 1;
   auto &enters = stack_.faces[number], &leaves = stack_.faces[number + 1];
@@ -152,7 +154,7 @@ void StackBuilder::add(const SlabRays& rays) {
     const bool high = highest > std::max(belowNoData(enters[i]), belowNoData(leaves[i]));
     const auto turn = [&](bool turns, float moment, double length) {
       if (!turns) return 0;
-      return 1 + std::clamp(int((double(moment) / length - from) * perDepth), 0,
+      return 1 + std::clamp(int((double(moment) / length * momentUnit - from) * perDepth), 0,
                             SlicedStack::kTurns - 1);
     };
     cell.setTurns(turn(low, was.lowMoment, lengths[0]),

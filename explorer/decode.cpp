@@ -101,7 +101,8 @@ LengthPlanes readLengthPlanes(const ExrFile& file) try {
   requireHeader(planes.header, kind::kLength, true);
   // A file handle serves one reader; the second part gets a handle of its own.
   auto depth = std::async(std::launch::async, [&] {
-    return planesOf(inRange(planes.header, ExrFile(file.path()).part("depth")), planes.header);
+    return planesOf(inRange(planes.header, ExrFile(file.path(), file.lengthUnit()).part("depth")),
+                    planes.header);
   });
   ProxyPart length = inRange(planes.header, file.part("length"));
   planes.unit = normalHalfUnit(length.unit);

@@ -175,7 +175,7 @@ bool sameGrid(const Samples& a, const Samples& b) {
 }  // namespace
 
 FieldBundle::FieldBundle(const Archive& archive, long cycle, std::vector<std::string> names)
-    : fields(std::move(names)) {
+    : fields(std::move(names)), lengthUnit(archive.lengthUnit()) {
   Samples first;
   for (std::size_t j = 0; j < fields.size(); ++j) {
     Samples samples = samplesOf(archive, cycle, fields[j]);
@@ -267,7 +267,7 @@ std::vector<float> FieldBundle::gradients() const {
             const glm::dvec3 gradient = worldFromSlope * slope;
             squares += glm::dot(gradient, gradient);
           }
-          norms[i] = float(std::sqrt(squares));
+          norms[i] = float(std::sqrt(squares) / lengthUnit);
         }
       }
     }

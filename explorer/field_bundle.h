@@ -22,6 +22,7 @@ struct FieldBundle {
   glm::dmat4 worldFromGrid{1.0};  ///< as LookGrid
   glm::dvec3 low{0.0}, high{1.0};
   Box domain;
+  double lengthUnit = 1.0;    ///< Archive::lengthUnit
   std::vector<float> values;  ///< [cell][4] (v - low) / (high - low) of the domains; NaN = no data
                               ///< in one of the fields, in all four places
   std::string note;           ///< which proxies they come from, a sentence
@@ -32,7 +33,8 @@ struct FieldBundle {
   /// The fields at a point, trilinear, in their own units, without gradient; NaN where one has no
   /// data or the point lies outside of the domain.
   FieldSample sample(const glm::dvec3& world) const;
-  /// [cell] FieldSample::gradient: central differences, one-sided at the border and beside cells
+  /// [cell] FieldSample::gradient: 1 / world unit, whatever the archive's unit of length:
+  /// central differences, one-sided at the border and beside cells
   /// without data (method §1); NaN where there are none.
   std::vector<float> gradients() const;
 };

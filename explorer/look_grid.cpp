@@ -336,7 +336,7 @@ void LookGrid::setOccupied(std::span<const std::uint8_t> occupied) {
 
 OpticsTable::OpticsTable(const Optics& optics, double low, double high)
     : low_(low),
-      high_(high > low ? high : low + 1.0),
+      high_(high > low ? high : low + std::max(1.0, std::abs(low))),
       occupied_(std::size_t(kEntries) + 1, 0),
       texture_(GL_TEXTURE_2D) {
   std::vector<glm::vec4> texels(2 * std::size_t(kEntries));

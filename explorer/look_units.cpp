@@ -8,6 +8,7 @@ namespace vestige {
 Look withScaledLengths(Look look, double factor) {
   if (look.slice) look.slice->w *= factor;
   if (look.clip) scaleLengths(*look.clip, factor);
+  if (look.center) *look.center *= factor;
   if (look.referenceLength) *look.referenceLength *= factor;
   if (look.customization) scaleLengths(*look.customization, factor);
   return look;

@@ -9,12 +9,14 @@
 #include "explorer/annotate.h"
 #include "explorer/draw_seeds.h"
 #include "explorer/look_warnings.h"
+#include "explorer/look_units.h"
 #include "explorer/renderer_impl.h"
 #include "explorer/stack_pieces.h"
 #include "explorer/surface_palette.h"
 #include "explorer/ticks.h"
 #include "proxy/error.h"
 #include "proxy/nearest_word.h"
+#include "proxy/length_unit.h"
 
 namespace vestige {
 namespace {
@@ -140,10 +142,28 @@ long cycleOf(const Look& look, const Archive& archive) {
                                        std::to_string(*look.cycle) + "; there are: " + there);
 }
 
+namespace {
+
+/// The archive, read in a unit of length in which its domain fits single precision.
+std::shared_ptr<const Archive> inFittingUnit(std::shared_ptr<const Archive> archive) {
+  if (archive->rows().empty()) return archive;
+  double unit = 1.0;
+  try {
+    unit = lengthUnitFor(archive->open(archive->rows().back()).header().domain);
+  } catch (const Error&) {  // who needs that file will say so
+  }
+  if (unit == archive->lengthUnit()) return archive;
+  auto scaled = std::make_shared<Archive>(*archive);
+  scaled->setLengthUnit(unit);
+  return scaled;
+}
+
+}  // namespace
+
 Renderer::Renderer(std::shared_ptr<gl::Device> device, std::shared_ptr<const Archive> archive)
     : impl_(std::make_unique<Impl>()) {
   impl_->device = std::move(device);
-  impl_->archive = std::move(archive);
+  impl_->archive = inFittingUnit(std::move(archive));
   impl_->device->run([&] {
     impl_->views = std::make_unique<ViewCache>(*impl_->archive);
     impl_->edit = std::make_unique<EditPass>();
@@ -237,13 +257,19 @@ std::vector<LegendEntry> legendOf(const Look& look, const ProxyHeader& header,
   return legend;
 }
 
-/// Of what the look asks for in vain; of an empty picture where nothing else tells why.
-void warn(const Look& look, const ProxyHeader& header, const TransferFunction* function,
-          Rendered& out) {
+/// Of what the look asks for in vain; of an empty picture where nothing else tells why. All is in
+/// units of the archive, and told in the world's.
+void warn(const Look& unitLook, const ProxyHeader& unitHeader, const TransferFunction* function,
+          double unit, Rendered& out) {
+  const Look look = withScaledLengths(unitLook, unit);
+  ProxyHeader header = unitHeader;
+  scaleLengths(header, unit);
+  Camera camera = out.camera;
+  scaleLengths(camera, unit);
   auto& warnings = out.warnings;
   for (const Warning& each : keysInVain(look, out.answer)) warnings.push_back(each);
   for (const Warning& each :
-       valuesOutside(look, out.answer, header, function, out.camera, out.picture.size)) {
+       valuesOutside(look, out.answer, header, function, camera, out.picture.size)) {
     const bool known = std::any_of(warnings.begin(), warnings.end(),
                                    [&](const Warning& other) { return other.key == each.key; });
     if (!known) warnings.push_back(each);
@@ -295,7 +321,7 @@ void Renderer::Impl::finish(const Look& look, const ProxyHeader& header, ImageSi
   out.worldFromScene = stretch.worldFromScene();
   if (!out.cast) takeWindow(look, header, viewSize, out);
   const ImageSize size = out.picture.size;
-  warn(look, header, function, out);
+  warn(look, header, function, archive->lengthUnit(), out);
   const AnnotationSubject subject{
       out.camera,  header.domain, stretch,
       function,    header.field,  header.units,
@@ -316,12 +342,19 @@ void Renderer::Impl::finish(const Look& look, const ProxyHeader& header, ImageSi
     }
     drawSeeds(out.picture, look.annotations.seeds, *look.customization, subject, plane);
   }
-  annotate(out.picture, look.annotations, subject, look.background);
+  // What people read is in world units.
+  AnnotationSubject world = subject;
+  scaleLengths(world.camera, archive->lengthUnit());
+  scaleLengths(world.domain, archive->lengthUnit());
+  world.stretch = Stretch(look.scale, world.domain);
+  annotate(out.picture, look.annotations, world, look.background);
 }
 
-Rendered Renderer::render(const Look& look) {
-  look.validate();
+Rendered Renderer::render(const Look& worldLook) {
+  worldLook.validate();
   Impl& self = *impl_;
+  const double unit = self.archive->lengthUnit();
+  const Look look = withScaledLengths(worldLook, 1.0 / unit);
   const Archive& archive = *self.archive;
   Rendered out;
   const long cycle = cycleOf(look, archive);
@@ -354,6 +387,9 @@ Rendered Renderer::render(const Look& look) {
       self.answer(look, cycle, field, base, out);
     }
   });
+  scaleLengths(out.camera, unit);
+  out.worldFromScene[3] = glm::dvec4(glm::dvec3(out.worldFromScene[3]) * unit, 1.0);
+  for (float& depth : out.depth) depth = float(double(depth) * unit);
   return out;
 }
 
@@ -400,15 +436,16 @@ Look Renderer::resolved(const Look& look) {
   if (!classifier && FeatureSource::has(archive, *result.cycle, result.field)) return result;
   self.device->run([&] {
     const auto view = self.views->get(*result.cycle, result.view, result.field);
-    Look plain = look;
+    const double unit = archive.lengthUnit();
+    Look plain = withScaledLengths(look, 1.0 / unit);
     plain.classifier.clear();
     plain.features.clear();
     plain.factors.clear();
     const TransferFunction function = functionOf(plain, view->header(), view->partition());
-    result.referenceLength = function.referenceLength();
+    result.referenceLength = function.referenceLength() * unit;
     if (classifier) {
       result.classifier =
-          resolvedClassifier(*classifier, archive, *result.cycle, function.referenceLength());
+          resolvedClassifier(*classifier, archive, *result.cycle, *result.referenceLength);
       return;
     }
     result.opacity = function.opacityPoints();

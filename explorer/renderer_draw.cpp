@@ -12,10 +12,11 @@ namespace {
 
 Picture mipPicture(const ProxyImage& image, const TransferFunction& function) {
   const Channel& channel = image.channel("mip", "value");
+  const ProxyPart& part = image.part("mip");
   Picture picture = Picture::blank(image.header.size);
   for (std::size_t i = 0; i < channel.values.size(); ++i) {
     if (!std::isfinite(channel.values[i])) continue;
-    const glm::dvec3 color = function.color(channel.values[i]);
+    const glm::dvec3 color = function.color(double(channel.values[i]) * part.unit + part.zero);
     for (int c = 0; c < 3; ++c) picture.rgba[4 * i + std::size_t(c)] = float(color[c]);
     picture.rgba[4 * i + 3] = 1.0f;
   }

@@ -128,11 +128,16 @@ class Archive {
   /// symbolic link or is reached by one that leaves the archive.
   ExrFile open(const ArchiveRow& row) const;
 
+  /// Of the files that are opened: ExrFile. 1 until it is set.
+  double lengthUnit() const { return lengthUnit_; }
+  void setLengthUnit(double unit) { lengthUnit_ = unit; }
+
  private:
   std::filesystem::path directory_;
   std::vector<ArchiveRow> rows_;
   std::vector<long> cycles_;
   std::unordered_map<long, std::vector<std::size_t>> rowsOf_;  ///< of a cycle, in order
+  double lengthUnit_ = 1.0;
 };
 
 /// One finding of checkArchive: what is wrong with which file, or with the table. A leftover is

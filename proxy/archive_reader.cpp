@@ -73,7 +73,7 @@ ExrFile Archive::open(const ArchiveRow& row) const {
   if (std::filesystem::exists(directory_ / row.exr, failed) && !liesInside(directory_, row.exr))
     throw Error(ErrorCode::Format,
                 "'" + (directory_ / row.exr).string() + "' is a link or leaves the archive");
-  return ExrFile(directory_ / row.exr);
+  return ExrFile(directory_ / row.exr, lengthUnit_);
 }
 
 }  // namespace vestige

@@ -18,6 +18,7 @@
 #include "proxy/exr_header.h"
 #include "proxy/exr_scan.h"
 #include "proxy/exr_threads.h"
+#include "proxy/length_unit.h"
 #include "proxy/storage_scale.h"
 
 namespace vestige {
@@ -108,8 +109,9 @@ struct ExrFile::Impl {
   std::unique_ptr<Imf::MultiPartInputFile> file;
   ProxyHeader header;
   std::vector<PartLayout> layouts;
+  double lengthUnit;
 
-  explicit Impl(std::filesystem::path p) : path(std::move(p)), stream(path) {
+  Impl(std::filesystem::path p, double unit) : path(std::move(p)), stream(path), lengthUnit(unit) {
     scanExr(path, stream.size(), [this](std::uint64_t offset, std::size_t n, char* out) {
       stream.readAt(offset, n, out);
     });
@@ -120,6 +122,7 @@ struct ExrFile::Impl {
       for (int i = 0; i < file->parts(); ++i) layouts.push_back(partLayoutFrom(file->header(i)));
     });
     checkLayouts();
+    if (lengthUnit != 1.0) guarded([&] { scaleLengths(header, 1.0 / lengthUnit); });
   }
 
   /// OpenEXR's exceptions, and ours without a file name, become Format with file and reason.
@@ -183,12 +186,19 @@ ProxyPart ExrFile::Impl::decode(int number) const {
   const PartLayout& layout = layouts[std::size_t(number)];
   const Imath::Box2i window = file->header(number).dataWindow();
   const int width = header.size.width;
+  const double factor = 1.0 / lengthUnit;
+  const auto factorOf = [&](std::string_view channel) {
+    return isLength(header.kind, layout.name, channel) ? factor : 1.0;
+  };
   ProxyPart part{layout.name, layout.unit, layout.zero, layout.error, {}};
+  if (isLength(header.kind, layout.name)) part.unit *= factor, part.zero *= factor;
+  if (!layout.channels.empty()) part.error *= factorOf(layout.channels.front().name);
   part.channels.resize(layout.channels.size());
   forEachOnExrThreads(int(part.channels.size()), [&](int i) {
     const ChannelLayout& c = layout.channels[std::size_t(i)];
-    part.channels[std::size_t(i)] = {c.name, c.storage,
-                                     std::vector<float>(header.size.pixels(), c.fill)};
+    part.channels[std::size_t(i)] = {
+        c.name, c.storage,
+        std::vector<float>(header.size.pixels(), float(double(c.fill) * factorOf(c.name)))};
   });
   Imf::FrameBuffer frame;
   for (std::size_t i = 0; i < part.channels.size(); ++i)
@@ -202,19 +212,23 @@ ProxyPart ExrFile::Impl::decode(int number) const {
     in.readPixels(window.min.y, window.max.y);
   });
   forEachOnExrThreads(int(part.channels.size()), [&](int i) {
-    if (!layout.channels[std::size_t(i)].constant)
-      restore({layout.unit, layout.zero}, window, width,
+    const ChannelLayout& c = layout.channels[std::size_t(i)];
+    const double by = factorOf(c.name);
+    if (!c.constant)
+      restore(scaleOfPart(layout.name, layout.unit * by, layout.zero * by), window, width,
               part.channels[std::size_t(i)].values.data());
   });
   return part;
 }
 
-ExrFile::ExrFile(std::filesystem::path path) : impl_(std::make_unique<Impl>(std::move(path))) {}
+ExrFile::ExrFile(std::filesystem::path path, double lengthUnit)
+    : impl_(std::make_unique<Impl>(std::move(path), lengthUnit)) {}
 ExrFile::~ExrFile() = default;
 ExrFile::ExrFile(ExrFile&&) noexcept = default;
 ExrFile& ExrFile::operator=(ExrFile&&) noexcept = default;
 
 const std::filesystem::path& ExrFile::path() const { return impl_->path; }
+double ExrFile::lengthUnit() const { return impl_->lengthUnit; }
 const ProxyHeader& ExrFile::header() const { return impl_->header; }
 
 std::vector<std::string> ExrFile::partNames() const {
@@ -229,7 +243,8 @@ bool ExrFile::has(const std::string& part) const {
 }
 
 double ExrFile::unitOf(const std::string& part) const {
-  return impl_->layouts[std::size_t(impl_->indexOf(part))].unit;
+  const double unit = impl_->layouts[std::size_t(impl_->indexOf(part))].unit;
+  return isLength(impl_->header.kind, part) ? unit / impl_->lengthUnit : unit;
 }
 
 ProxyPart ExrFile::part(const std::string& name) const {

@@ -118,7 +118,7 @@ std::uint16_t halfOf(float stored, bool present) {
 }
 
 void storeHalves(const ProxyPart& part, const Channel& channel, StoredChannel& out) {
-  const StorageScale scale{part.unit, part.zero};
+  const StorageScale scale = scaleOfPart(part.name, part.unit, part.zero);
   out.halves.resize(channel.values.size());
   for (std::size_t i = 0; i < out.halves.size(); ++i) {
     const float value = channel.values[i];
@@ -131,7 +131,7 @@ void storeHalves(const ProxyPart& part, const Channel& channel, StoredChannel& o
 }
 
 void storeFloats(const ProxyPart& part, const Channel& channel, StoredChannel& out) {
-  const StorageScale scale{part.unit, part.zero};
+  const StorageScale scale = scaleOfPart(part.name, part.unit, part.zero);
   out.plane = channel.values.data();
   if (scale.identity()) return;
   out.floats.resize(channel.values.size());
@@ -149,13 +149,16 @@ void storeChannel(const ProxyPart& part, const Channel& channel, ImageSize size,
                   ChannelLayout& layout, StoredChannel& out) {
   const std::size_t n = size.pixels();
   const bool half = channel.storage == ChannelStorage::Half;
-  if (sparse && allTheSame(channel.values.data(), n)) {
+  // Constants and fill are in the value's unit, which floats need not hold: scaleOfPart.
+  const bool heldAsStored = part.zero != 0.0 && scaleOfPart(part.name, 1.0, part.zero).identity();
+  if (sparse && !heldAsStored && allTheSame(channel.values.data(), n)) {
     Channel single{channel.name, channel.storage, {channel.values[0]}};
     StoredChannel one;
     half ? storeHalves(part, single, one) : storeFloats(part, single, one);
     layout.constant = true;
-    layout.fill = StorageScale{part.unit, part.zero}.memory(
-        half ? float(Imath::half(Imath::half::FromBits, one.halves[0])) : *one.plane);
+    layout.fill =
+        scaleOfPart(part.name, part.unit, part.zero)
+            .memory(half ? float(Imath::half(Imath::half::FromBits, one.halves[0])) : *one.plane);
     return;
   }
   half ? storeHalves(part, channel, out) : storeFloats(part, channel, out);
@@ -164,7 +167,7 @@ void storeChannel(const ProxyPart& part, const Channel& channel, ImageSize size,
     return;
   }
   layout.fill = missingValue(channel.name);
-  const float fill = StorageScale{part.unit, part.zero}.stored(layout.fill);
+  const float fill = scaleOfPart(part.name, part.unit, part.zero).stored(layout.fill);
   out.extent = half ? extentOf(out.halves.data(), size, Imath::half(fill).bits())
                     : extentOf(out.plane, size, fill);
 }

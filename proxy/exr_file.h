@@ -32,20 +32,23 @@ std::vector<std::byte> encodeExr(const ProxyHeader& header, int parts,
 /// part. Throws Io when it cannot be read, Format with file and reason when it is not a proxy or
 /// is hostile: sizes are checked against the file before anything is allocated. One thread at a
 /// time may use an object.
+/// `lengthUnit`: world length of one unit of every length and place that comes out, so that those
+/// of domains of any size fit single precision (length_unit.h).
 class ExrFile {
  public:
-  explicit ExrFile(std::filesystem::path path);
+  explicit ExrFile(std::filesystem::path path, double lengthUnit = 1.0);
   ~ExrFile();
   ExrFile(ExrFile&&) noexcept;
   ExrFile& operator=(ExrFile&&) noexcept;
 
   const std::filesystem::path& path() const;
+  double lengthUnit() const;
   const ProxyHeader& header() const;
   std::vector<std::string> partNames() const;
   bool has(const std::string& part) const;
   /// ProxyPart::unit, without decoding; throws NotFound naming part and file.
   double unitOf(const std::string& part) const;
-  /// Decodes a part in world units; throws NotFound naming part and file.
+  /// Decodes a part; throws NotFound naming part and file.
   ProxyPart part(const std::string& name) const;
   /// All parts.
   ProxyImage image() const;

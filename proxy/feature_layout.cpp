@@ -10,6 +10,7 @@
 
 #include "proxy/error.h"
 #include "proxy/exr_threads.h"
+#include "proxy/length_unit.h"
 #include "proxy/proxy_layout.h"
 #include "proxy/sliced_stack.h"
 #include "proxy/storage_quantiser.h"
@@ -171,12 +172,13 @@ ProxyImage featureProxy(ProxyHeader header, std::span<const float> attenuation,
   const double zero = range.low - step;
   const double floatError = std::max(std::abs(range.low), std::abs(range.high)) * 0x1p-24;
   const Quantiser depths(step, zero);
+  const double momentUnit = lengthUnitFor(header.domain);
   ProxyPart depthPart =
       emptyPart("depth", depths.unit(), zero, 0.5 * step + floatError, names, pixels);
   fill(depthPart, [&](std::size_t c, std::size_t i) {
     if (!(integralPart.channels[c].values[i] > 0.0f)) return 0.0f;
     const std::size_t at = c * pixels + i;
-    const double mean = double(moment[at]) / double(integral[at]);
+    const double mean = double(moment[at]) / double(integral[at]) * momentUnit;
     return depths(std::clamp(mean, range.low, range.low + extent));
   });
 

@@ -56,7 +56,8 @@ Rule ruleFor(const ProxyHeader& header, const ProxyPart& part, const std::string
   if (kind == kind::kMip) {
     const FieldStatistics& s = header.statistics;
     const double slack = kComputed * std::max({s.high - s.low, std::abs(s.low), std::abs(s.high)});
-    return {"within the field's range, or NaN", s.low - slack, s.high + slack, NAN};
+    return {"within the field's range, or NaN", (s.low - slack - part.zero) / part.unit,
+            (s.high + slack - part.zero) / part.unit, NAN};
   }
   if (part.name == "boundaries") {
     const DepthRange range = depthRange(header.camera, header.domain);

@@ -10,6 +10,7 @@
 
 #include "proxy/error.h"
 #include "proxy/exr_threads.h"
+#include "proxy/length_unit.h"
 #include "proxy/storage_quantiser.h"
 
 namespace vestige {
@@ -138,6 +139,7 @@ ProxyImage lengthImage(ProxyHeader header, std::span<const float> length,
   const double depthZero = range.low - depthStep;
   const double floatError = std::max(std::abs(range.low), std::abs(range.high)) * 0x1p-24;
   const Quantiser lengths(lengthStep), depths(depthStep, depthZero);
+  const double momentUnit = lengthUnitFor(header.domain);
   ProxyPart lengthPart{"length", lengths.unit(), 0.0, 2.0 * lengthStep, {}};
   ProxyPart depthPart{"depth", depths.unit(), depthZero, 0.5 * depthStep + floatError, {}};
   ProxyPart runsPart{"runs", 1.0 / kHalfQuantum, 0.0, 0.0, {}};
@@ -154,7 +156,8 @@ ProxyImage lengthImage(ProxyHeader header, std::span<const float> length,
     for (std::size_t i = 0; i < l.size(); ++i) {
       if (!(l[i] > least)) continue;
       lengthOut.values[i] = lengths(l[i]);
-      const double mean = std::clamp(double(m[i]) / double(l[i]), range.low, range.low + extent);
+      const double mean =
+          std::clamp(double(m[i]) / double(l[i]) * momentUnit, range.low, range.low + extent);
       depthOut.values[i] = depths(mean);
       runsOut.values[i] = float(std::clamp(std::nearbyint(double(r[i])), 1.0, kMostRuns));
     }
@@ -212,13 +215,23 @@ ProxyImage depthImage(ProxyHeader header, std::span<const float> depth,
   return image;
 }
 
+StorageScale mipScale(const IntervalPartition& intervals) {
+  const double range = intervals.high() - intervals.low();
+  const double size = std::max(std::abs(intervals.low()), std::abs(intervals.high()));
+  // A float has 24 bits, of which 16 are for the range.
+  if (size <= 1e37 && range >= 0x1p-7 * size && range >= 1e-30) return {};
+  return {range, intervals.low() - range};
+}
+
 ProxyImage mipImage(ProxyHeader header, std::span<const float> value) {
   header.kind = kind::kMip;
   requireSize("mip", value, 1, header.size);
   const double low = header.statistics.low, extent = header.statistics.high - low;
   const bool round = std::isfinite(extent) && extent > 0.0;
   // A power of two, as for depths; what float cannot resolve is left alone.
-  const double step = round ? std::exp2(std::floor(std::log2(extent / kMipSteps))) : 0.0;
+  const StorageScale scale = header.partition ? mipScale(*header.partition) : StorageScale{};
+  const double step =
+      round ? std::exp2(std::floor(std::log2(extent / scale.unit / kMipSteps))) : 0.0;
   Channel channel = channelOf("value", ChannelStorage::Float, value.size());
   for (std::size_t i = 0; i < value.size(); ++i) {
     if (std::isnan(value[i]))
@@ -226,8 +239,11 @@ ProxyImage mipImage(ProxyHeader header, std::span<const float> value) {
     else
       channel.values[i] =
           step > 0.0 ? float(std::nearbyint(double(value[i]) / step) * step) : value[i];
+    // As stored, 0 would mean missing.
+    if (scale.missingIsZero() && channel.values[i] == 0.0f) channel.values[i] = 0x1p-24f;
   }
-  return {std::move(header), {{"mip", 1.0, 0.0, 0.5 * step, {std::move(channel)}}}};
+  return {std::move(header),
+          {{"mip", scale.unit, scale.zero, 0.5 * step * scale.unit, {std::move(channel)}}}};
 }
 
 ProxyImage referenceImage(ProxyHeader header, std::span<const float> rgb,

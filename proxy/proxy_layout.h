@@ -5,6 +5,7 @@
 #include <span>
 
 #include "proxy/proxy_image.h"
+#include "proxy/storage_scale.h"
 
 namespace vestige {
 
@@ -35,8 +36,11 @@ ProxyImage lengthImage(ProxyHeader header, std::span<const float> length,
 ProxyImage depthImage(ProxyHeader header, std::span<const float> depth,
                       std::span<const float> normal);
 
-/// Largest value along the ray in the field's units, NaN = none; to 2^-16 of the range that
-/// header.statistics gives, or not rounded when that is empty.
+/// How largest values are held in memory and in files: as they are, {1, 0}, where floats tell 2^16
+/// steps of the intervals' range apart; else value = held * unit + zero, with 1 .. 2 in the range.
+StorageScale mipScale(const IntervalPartition& intervals);
+/// Largest value along the ray, held so, NaN = none; to 2^-16 of the range that header.statistics
+/// gives, or not rounded when that is empty.
 ProxyImage mipImage(ProxyHeader header, std::span<const float> value);
 
 /// Premultiplied linear RGB (three planes) and A = 1 - T; step 2^-12 below one half, 2^-11 above.

@@ -23,4 +23,10 @@ struct StorageScale {
   }
 };
 
+/// What lies between a part in memory and in its file. Values of MIP need not fit single precision:
+/// memory holds them as stored (mipScale), and value = held * unit + zero in double.
+inline StorageScale scaleOfPart(std::string_view part, double unit, double zero) {
+  return part == "mip" ? StorageScale{} : StorageScale{unit, zero};
+}
+
 }  // namespace vestige

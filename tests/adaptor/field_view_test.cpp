@@ -189,7 +189,7 @@ TEST(FieldView, GradientOfASampleOnItsOwnIsThatOfTheOtherAxes) {
   for (int i = 0; i < kCount; ++i) data.push_back(i % 5);
   data[0] = data[2] = std::numeric_limits<double>::quiet_NaN();
   const auto values =
-      readAll(FieldReader(packed(SampleType::Float64, data), {}, {0, true}, unitNodes()));
+      readAll(FieldReader(packed(SampleType::Float64, data), {}, {0, true, {}}, unitNodes()));
   EXPECT_DOUBLE_EQ(values[1], 0.0) << "it has data, and nothing is known to change along x";
 }
 

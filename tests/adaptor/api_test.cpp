@@ -582,15 +582,15 @@ TEST(Session, PreviewsCanBeSwitchedOff) {
 
 TEST(Session, AnArchiveOfAnyOneProxyHandsItsIntervalsToTheRunThatAppends) {
   const Folder folder;
-  Sample sample, larger;
-  for (float& value : larger.values) value *= 3.0f;
+  Sample sample, smaller;
+  for (float& value : smaller.values) value *= 0.9f;
   for (const std::string proxy : {"attenuation", "length", "depth", "mip", "reference"}) {
     const std::string archive = folder / (proxy + ".cdb");
     const std::string config = "output.existing = 'append'\n[image]\nwidth = 48\nheight = 40\n" +
                                fmt::format("proxies = ['{}']\n", proxy);
     for (const int cycle : {0, 1}) {
       Simulation run(archive, config);
-      ASSERT_EQ(run.step(cycle == 0 ? sample : larger, cycle), VESTIGE_OK) << run.error();
+      ASSERT_EQ(run.step(cycle == 0 ? sample : smaller, cycle), VESTIGE_OK) << run.error();
     }
     const Archive read(archive);
     const auto bounds = [&](long cycle) {

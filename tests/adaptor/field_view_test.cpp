@@ -265,11 +265,11 @@ TEST(FieldView, FillValuesAreNoDataAsTheTypeHoldsThem) {
 TEST(FieldView, GradientsLookAwayFromFillValues) {
   std::vector<float> data(kCount);
   for (int i = 0; i < kCount; ++i) data[std::size_t(i)] = float(i % 5);
-  data[7] = 1e20f;  // and its neighbour at the border, 2, has no other one along y
+  data[7] = 1e20f;
   const auto values = readAll(
       FieldReader(packed(SampleType::Float32, data), {}, {0, true, {{1e20, 1e20}}}, unitNodes()));
   for (int i = 0; i < kCount; ++i) {
-    if (i == 7 || i == 2) {
+    if (i == 7) {
       EXPECT_TRUE(std::isnan(values[std::size_t(i)]));
     } else {
       EXPECT_NEAR(values[std::size_t(i)], 1.0, 1e-6) << i;

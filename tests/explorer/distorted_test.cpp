@@ -284,6 +284,7 @@ TEST_F(Distorted, LayersAnswerWhereDepthIsStoredAndVirtualRaysWhenAskedFor) {
   for (const double azimuth : {0.0, 20.0, 60.0}) {
     Look look = opaqueLook();
     look.rotate.azimuth = azimuth;
+    look.frame = Frame::Stored;  // as many pixels of the ball at each angle
     const Rendered rendered = render(look);
     EXPECT_TRUE(says(rendered, "layers are warped"));
     EXPECT_FALSE(says(rendered, "virtual answers"));

@@ -32,10 +32,11 @@ void groupCommands(CLI::App& app) {
 void groupLookOptions(const std::vector<CLI::Option*>& options) {
   const std::vector<Groups> groups{
       {"What is shown",
-       {"--step", "--time", "--field", "--view", "--source", "--draw", "--isosurfaces", "--slice",
-        "--clip", "--via", "--order"}},
+       {"--step", "--time", "--field", "--view", "--source", "--draw", "--isosurfaces",
+        "--isosurface", "--slice", "--clip", "--via", "--order"}},
       {"Viewer and picture",
-       {"--rotate", "--size", "--zoom", "--pan", "--center", "--fit", "--scale", "--background"}},
+       {"--rotate", "--size", "--zoom", "--pan", "--center", "--fit", "--frame", "--scale",
+        "--background"}},
       {"Opacity and colour",
        {"--opacity", "--reference-length", "--factors", "--colormap", "--color-range", "--color",
         "--customize"}},

@@ -189,6 +189,21 @@ Renderer::~Renderer() {
   });
 }
 
+namespace {
+
+/// What the run's own picture is finished with: that the look names the run's values once more is
+/// not in vain.
+Look withoutTransferFunction(Look look) {
+  look.opacity.reset();
+  look.referenceLength.reset();
+  look.colorRange.reset();
+  look.colormap.clear();
+  look.factors.clear();
+  return look;
+}
+
+}  // namespace
+
 void Renderer::Impl::answer(const Look& look, long cycle, const std::string& field,
                             const std::shared_ptr<ViewData>& baseView, Rendered& out) {
   if (!look.classifier.empty()) refuseOtherClassification(look);
@@ -231,6 +246,7 @@ void Renderer::Impl::answer(const Look& look, long cycle, const std::string& fie
   }
   if (!stated.empty()) out.notes.push_back(std::move(stated));
   const auto classifier = classifierOf(look);
+  if (own) return finish(withoutTransferFunction(look), header, viewSize, &function, out);
   if (!classifier) return finish(look, header, viewSize, &function, out);
   classifier->edit(look.features);
   finish(look, header, viewSize, nullptr, out, classifier->features());

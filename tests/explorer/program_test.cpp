@@ -145,7 +145,7 @@ TEST_F(Program, ComparesPicturesAndArchives) {
   EXPECT_LT(measures["psnr"].get<double>(), 100.0);
   const Outcome both = explorer("compare " + archive() + " " + archive());
   EXPECT_EQ(both.code, 0) << both.text;
-  EXPECT_EQ(std::count(both.text.begin(), both.text.end(), '\n'), 3);
+  EXPECT_EQ(std::count(both.text.begin(), both.text.end(), '\n'), 3) << both.text;
   const auto equal = nlohmann::json::parse(
       explorer("compare --json '" + file("d.exr") + "' '" + file("d.exr") + "'").text);
   EXPECT_TRUE(equal["psnr"].is_null());
@@ -197,7 +197,9 @@ TEST_F(Program, ComparesOneLookOfTwoArchivesAndSkipsWhatOneLacks) {
   EXPECT_NE(nothing.text.find("nothing of both archives could be compared"), std::string::npos);
   const Outcome typo = explorer("compare " + archive() + " " + archive() + " --view frnt");
   EXPECT_EQ(typo.code, 1);
-  EXPECT_NE(typo.text.find("has no view 'frnt'; there are: front"), std::string::npos) << typo.text;
+  EXPECT_NE(typo.text.find("has no view 'frnt' (did you mean 'front'?); there are: front"),
+            std::string::npos)
+      << typo.text;
 }
 
 TEST_F(Program, ChecksAndFindsDamage) {

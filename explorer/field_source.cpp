@@ -148,6 +148,11 @@ FieldSource::FieldSource(const ProxyImage& image) : header_(image.header) {
   grid_.high = field.high;
   grid_.valueZero = field.valueZero + grid_.valueZero * field.valueUnit;
   grid_.valueUnit *= field.valueUnit;
+  // How far a mean is from the samples that it stands for is not stored.
+  const FieldGrid& stored = *header_.grid;
+  const bool whole = stored.reduction == 1 && grid_.size.x == stored.axes[0].count &&
+                     grid_.size.y == stored.axes[1].count && grid_.size.z == stored.axes[2].count;
+  if (whole) grid_.setWrong(stored.tolerance / grid_.valueUnit);
 }
 
 VolumeView FieldSource::draw(const Look& look, const TransferFunction& function,

@@ -289,6 +289,13 @@ void LookGrid::setWrong(std::span<const std::uint8_t> far, double unit) {
   wrongUnit = 255.0 * unit;
 }
 
+void LookGrid::setWrong(double texels) {
+  constexpr std::uint8_t kAll = 255;
+  wrong = texture3D(GL_R8, glm::ivec3(1), GL_LINEAR);
+  uploadSlab(*wrong, glm::ivec3(1), 0, 1, GL_RED, GL_UNSIGNED_BYTE, &kAll);
+  wrongUnit = texels;
+}
+
 void LookGrid::setOccupied(std::span<const std::uint8_t> occupied) {
   const std::size_t count = std::size_t(bricks.x) * std::size_t(bricks.y) * std::size_t(bricks.z);
   if (occupied.size() != count) {

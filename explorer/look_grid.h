@@ -83,6 +83,8 @@ struct LookGrid {
 
   /// Uploads how far each value may be wrong, in `unit` texels.
   void setWrong(std::span<const std::uint8_t> wrong, double unit);
+  /// The same for each: so many texels.
+  void setWrong(double texels);
   /// Uploads which share of each cell is a guess, 255 = all of it; `guessSize` may be coarser.
   void setGuess(glm::ivec3 guessSize, std::span<const std::uint8_t> share);
   /// Rebuilds `leaps` from which bricks show something.

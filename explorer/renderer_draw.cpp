@@ -195,9 +195,8 @@ void Renderer::Impl::drawLayered(const Look& look, ViewData& view, Rendered& out
   const ProxyHeader& header = view.header();
   const bool stored = out.camera == header.camera;
   const std::shared_ptr<const CustomTextures> customizing = customOf(look, header, out);
-  LayeredView drawn =
-      layered->render(layers, castCamera(layers.size, size, out), size, look.trust,
-                      customizing.get(), Stretch(look.scale, header.domain));
+  LayeredView drawn = layered->render(layers, castCamera(layers.size, size, out), size, look.trust,
+                                      customizing.get(), Stretch(look.scale, header.domain));
   out.picture = std::move(drawn.picture);
   out.answer = Answer::Layered;
   out.notes.push_back("layered answers: " + std::to_string(layers.layers) +
@@ -252,7 +251,10 @@ void Renderer::Impl::drawField(const Look& look, ViewData& stored, ImageSize vie
       source.draw(look, functionOf(look, header, partition), castCamera(viewSize, size, out), size);
   out.picture = std::move(view.picture);
   out.depth = std::move(view.depth);
-  if (look.trust) out.trust = trustFromStretch(view.guess, out.picture);
+  if (look.trust) {
+    out.trust = view.doubt.empty() ? trustFromStretch(view.guess, out.picture)
+                                   : trustFromDoubt(view.doubt, view.guess);
+  }
   out.answer = Answer::Grid;
   out.notes.push_back(source.note());
 }
@@ -332,8 +334,8 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
     // Where depth is stored, undistorted layers are truer. Virtual rays have no surfaces to be lit.
     const bool rays = view.header().camera.projection == Projection::MultiPerspective &&
                       view.has(kind::kLength) && !view.has(kind::kDepth) &&
-                      look.via != Via::Attenuation && !look.isLit() &&
-                      !look.ao.on && !look.enhance.on;
+                      look.via != Via::Attenuation && !look.isLit() && !look.ao.on &&
+                      !look.enhance.on;
     const bool places = look.isCustomized() && (layers || onlyLayered);
     source = places                       ? layers ? Source::Layers : Source::Layered
              : !stored                    ? onlyLayered ? Source::Layered

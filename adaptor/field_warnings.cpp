@@ -41,7 +41,7 @@ void FieldWarnings::ofIntervals(const PlannedField& field, const FieldStatistics
   }
   const bool widened = before != Settled::Ends{intervals.low(), intervals.high()};
   const double share = statistics.shareOutside();
-  if (!widened && share <= kOutside) return;
+  if (!widened && (share <= kOutside || !reachesBeyond(statistics, intervals))) return;
   const auto said = shares_.find(field.name);
   const bool news = said == shares_.end() || share >= 10.0 * said->second;
   if (!widened && !news) return;

@@ -44,7 +44,11 @@ void drawAxes(Picture& picture, const AnnotationSubject& subject, const Ink& ink
     drawRimmedLine(picture, origin, end, std::max(1.5, unit / 7.0), color, ink);
     const std::string name = axisName(subject, i);
     const double length = glm::length(flat);
-    const glm::dvec2 away = length > 0.05 ? flat / length : glm::dvec2(0.7, -0.7);
+    // Seen end on, beside the origin, away from the two that are seen.
+    glm::dvec2 others{0.0};
+    for (int j = 0; j < 3; ++j)
+      if (j != i) others += glm::dvec2(axis(j).x, -axis(j).y);
+    const glm::dvec2 away = length > 0.05 ? flat / length : -1.5 * glm::normalize(others);
     // Longer names begin or end beside the arrow's head.
     const double middle = 0.5 * font.width(name.substr(0, 1));
     const double aside = away.x < -0.5 ? font.width(name) - middle : middle;

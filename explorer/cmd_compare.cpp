@@ -73,6 +73,7 @@ std::vector<Subject> subjectsOf(const Look& look, const Archive& first, const Ar
   for (const long cycle : cycles) {
     for (const std::string& field : fields) {
       for (const std::string& view : views) {
+        if (view == kFieldView) continue;  // grids: they have no picture of their own
         const auto stores = [&](const Archive& archive) {
           return std::any_of(archive.rows().begin(), archive.rows().end(), [&](const auto& row) {
             return row.view == view && row.field == field;
@@ -192,9 +193,20 @@ void compareArchives(const Options& options) {
 }
 
 void run(const Options& options) {
-  if (std::filesystem::is_directory(options.a) && std::filesystem::is_directory(options.b)) {
+  for (const std::string& name : {options.a, options.b})
+    if (!std::filesystem::exists(name))
+      throw Error(ErrorCode::NotFound, fmt::format("'{}' does not exist", name));
+  const bool archives[] = {std::filesystem::is_directory(options.a),
+                           std::filesystem::is_directory(options.b)};
+  if (archives[0] && archives[1]) {
     compareArchives(options);
     return;
+  }
+  if (archives[0] != archives[1]) {
+    throw Error(
+        ErrorCode::InvalidArgument,
+        fmt::format("'{}' is a folder, '{}' is not: compare two archives or two pictures",
+                    archives[0] ? options.a : options.b, archives[0] ? options.b : options.a));
   }
   const Picture a = readPicture(options.a), b = readPicture(options.b);
   const Measures m = measure(a, b);

@@ -18,6 +18,7 @@
 #include "proxy/durable_file.h"
 #include "proxy/error.h"
 #include "proxy/field_layout.h"
+#include "proxy/json_object.h"
 
 namespace vestige::cli {
 namespace {
@@ -118,7 +119,7 @@ nlohmann::json classifierWith(const Options& options, const std::vector<std::str
   if (!options.into.empty() && std::filesystem::exists(options.into)) {
     const std::string text = textOfFile(options.into);
     try {
-      classifier = nlohmann::json::parse(text);
+      classifier = parseJson(text);
     } catch (const nlohmann::json::parse_error& error) {
       throw Error(ErrorCode::Config,
                   fmt::format("--into '{}' is not JSON: {}", options.into, error.what()));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -36,8 +37,8 @@ enum class Coloring { Function, Learned };
 /// virtual rays through a multi-perspective view. Classifiers: features as the run integrated them,
 /// or fields or stacks, classified anew. Auto:
 /// at a stored view that the look does not edit the reference; the field where it states less error
-/// (stated_error.h); else at a stored view its stack, else volume; when rotated stacks, else layers,
-/// else layered.
+/// (stated_error.h); else at a stored view its stack, else volume; when rotated stacks, else
+/// layers, else layered.
 enum class Source {
   Auto,
   Volume,
@@ -66,7 +67,11 @@ struct Light {
 struct Rotation {
   double azimuth = 0.0, elevation = 0.0, roll = 0.0;
   friend bool operator==(const Rotation&, const Rotation&) = default;
-  bool isZero() const { return azimuth == 0.0 && elevation == 0.0 && roll == 0.0; }
+  /// Whole turns are none.
+  bool isZero() const {
+    const auto whole = [](double angle) { return std::remainder(angle, 360.0) == 0.0; };
+    return whole(azimuth) && whole(elevation) && whole(roll);
+  }
 };
 
 /// What the picture's frame holds. Auto: what the stored one holds, widened as far as a turn or a

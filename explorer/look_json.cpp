@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "explorer/look.h"
@@ -58,8 +60,11 @@ void readFixed(JsonObject& object, const char* key, std::size_t count,
 
 void readStep(JsonObject& object, Look& look) {
   if (const json* cycle = object.find("cycle")) {
-    if (!cycle->is_number_integer())
-      object.fail("cycle", "must be an integer, not " + cycle->dump());
+    const bool fits =
+        !cycle->is_number_unsigned() ||
+        cycle->get<std::uint64_t>() <= std::uint64_t(std::numeric_limits<long>::max());
+    if (!cycle->is_number_integer() || !fits)
+      object.fail("cycle", "must be an integer of 64 bits, not " + cycle->dump());
     look.cycle = cycle->get<long>();
   }
   if (object.find("time")) {
@@ -343,7 +348,7 @@ Look lookFromJson(const json& source) {
 Look lookFromText(const std::string& text) {
   json parsed;
   try {
-    parsed = json::parse(text);
+    parsed = parseJson(text);
   } catch (const json::parse_error& error) {
     throw Error(ErrorCode::Config, std::string("the look is not JSON: ") + error.what());
   }

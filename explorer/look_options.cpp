@@ -9,6 +9,7 @@
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -16,25 +17,31 @@
 #include "proxy/colormap.h"
 #include "proxy/durable_file.h"
 #include "proxy/error.h"
+#include "proxy/json_object.h"
 
 namespace vestige::cli {
 namespace {
 
 nlohmann::json jsonOfFile(const std::string& option, const std::string& path) {
   try {
-    return nlohmann::json::parse(textOfFile(path));
+    return parseJson(textOfFile(path));
   } catch (const nlohmann::json::parse_error& error) {
     throw Error(ErrorCode::Config, option + " '" + path + "' is not JSON: " + error.what());
   }
 }
 
 ImageSize sizeFromText(const std::string& text) {
-  int width = 0, height = 0, used = 0;
-  if (std::sscanf(text.c_str(), "%dx%d%n", &width, &height, &used) != 2 ||
-      used != int(text.size())) {
+  const std::size_t cross = text.find('x');
+  const auto side = [&](std::size_t begin, std::size_t end) -> std::optional<int> {
+    int value = 0;
+    const auto [last, failed] = std::from_chars(text.data() + begin, text.data() + end, value);
+    return failed == std::errc() && last == text.data() + end ? std::optional(value) : std::nullopt;
+  };
+  const auto width = cross == std::string::npos ? std::nullopt : side(0, cross);
+  const auto height = width ? side(cross + 1, text.size()) : std::nullopt;
+  if (!height)
     throw Error(ErrorCode::Config, "--size '" + text + "' is not WIDTHxHEIGHT, such as 800x600");
-  }
-  return {width, height};
+  return {*width, *height};
 }
 
 /// VALUE[:opacity=O,color=C].
@@ -92,11 +99,18 @@ nlohmann::json featureFromText(const std::string& text) {
 }  // namespace
 
 std::string textOfFile(const std::string& path) {
+  constexpr std::uintmax_t kMost = 16 << 20;
+  // A pipe may never end, nor begin.
+  std::error_code failed;
+  if (std::filesystem::exists(path, failed) && !std::filesystem::is_regular_file(path, failed))
+    throw Error(ErrorCode::Io, "'" + path + "' is no regular file");
+  if (const auto size = std::filesystem::file_size(path, failed); !failed && size > kMost)
+    throw Error(ErrorCode::Io, "'" + path + "' has " + std::to_string(size) + " bytes, more than " +
+                                   std::to_string(kMost));
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
-  if (!file || std::filesystem::is_directory(path))
-    throw Error(ErrorCode::Io, "'" + path + "' cannot be read");
+  if (!file) throw Error(ErrorCode::Io, "'" + path + "' cannot be read");
   return text.str();
 }
 
@@ -278,7 +292,7 @@ Look LookOptions::look() const {
   if (given("--classifier")) {
     const std::string file = textOfFile(classifierFile_);
     try {
-      json["classifier"] = nlohmann::json::parse(file);
+      json["classifier"] = parseJson(file);
     } catch (const nlohmann::json::parse_error& error) {
       throw Error(ErrorCode::Config,
                   "--classifier '" + classifierFile_ + "' is not JSON: " + error.what());

@@ -3,6 +3,7 @@
 // (one sentence on standard error), 2 a wrong command line.
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <exception>
 #include <string>
 #include <vector>
@@ -64,6 +65,10 @@ int main(int argc, char** argv) {
     return 2;
   } catch (const std::exception& error) {
     fmt::print(stderr, "vestige-explorer: {}\n", error.what());
+    return 1;
+  }
+  if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
+    fmt::print(stderr, "vestige-explorer: standard output could not be written\n");
     return 1;
   }
   return exitCode;

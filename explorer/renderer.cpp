@@ -8,15 +8,15 @@
 
 #include "explorer/annotate.h"
 #include "explorer/draw_seeds.h"
-#include "explorer/look_warnings.h"
 #include "explorer/look_units.h"
+#include "explorer/look_warnings.h"
 #include "explorer/renderer_impl.h"
 #include "explorer/stack_pieces.h"
 #include "explorer/surface_palette.h"
 #include "explorer/ticks.h"
 #include "proxy/error.h"
-#include "proxy/nearest_word.h"
 #include "proxy/length_unit.h"
+#include "proxy/nearest_word.h"
 
 namespace vestige {
 namespace {
@@ -128,8 +128,12 @@ long cycleOf(const Look& look, const Archive& archive) {
     throw Error(ErrorCode::NotFound, "archive " + archive.directory().string() + " holds no step");
   }
   if (look.time) {
+    const auto earlier = [&](long a, long b) { return archive.timeOf(a) < archive.timeOf(b); };
+    const auto [first, last] = std::minmax_element(cycles.begin(), cycles.end(), earlier);
+    // Far beyond all steps every distance is the same.
+    const double time = std::clamp(*look.time, archive.timeOf(*first), archive.timeOf(*last));
     return *std::min_element(cycles.begin(), cycles.end(), [&](long a, long b) {
-      return std::abs(archive.timeOf(a) - *look.time) < std::abs(archive.timeOf(b) - *look.time);
+      return std::abs(archive.timeOf(a) - time) < std::abs(archive.timeOf(b) - time);
     });
   }
   if (!look.cycle) return cycles.back();

@@ -19,8 +19,8 @@ std::string numberOf(double value) {
 }  // namespace
 
 bool isEdited(const Look& look, const ViewData& view) {
-  if (!look.classifier.empty() || look.isCustomized() || look.isLit() ||
-      look.ao.on || look.enhance.on) {
+  if (!look.classifier.empty() || look.isCustomized() || look.isLit() || look.ao.on ||
+      look.enhance.on) {
     return true;
   }
   if (!look.opacity && !look.referenceLength && look.colormap.empty() && !look.colorRange &&
@@ -196,8 +196,13 @@ bool Renderer::Impl::fieldAnswers(const Look& look, long cycle, const std::strin
                                   std::string& stated) const {
   const bool there = archive->find(cycle, kFieldView, field, kind::kField) != nullptr;
   const auto missing = [&](const std::string& key) {
-    throw Error(ErrorCode::NotFound, "look key '" + key + "' needs a stored field, cycle " +
-                                         std::to_string(cycle) + " has none of '" + field + "'");
+    const bool one = key == "source";  // which names the field
+    throw Error(ErrorCode::NotFound,
+                "look key '" + key + "' needs a stored field" + (one ? "" : " or stacks") +
+                    ", cycle " + std::to_string(cycle) + " has none of '" + field +
+                    "': a run stores " +
+                    (one ? "it with \"field\"" : "them with \"field\" or \"sliced\"") +
+                    " among its [image] proxies");
   };
   const bool grid = look.needsGrid();
   const char* key = look.clip ? "clip" : "draw";

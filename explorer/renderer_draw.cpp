@@ -356,7 +356,8 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
   if (!stored && source != Source::Layers && source != Source::Layered &&
       source != Source::Virtual) {
     throw Error(ErrorCode::Config,
-                std::string("look key 'source' must be auto, layers, layered or virtual for a ") +
+                std::string("look key 'source' must be auto, field, sliced, layers, layered or "
+                            "virtual for a ") +
                     (look.isStretched() && look.rotate.isZero() ? "stretched" : "rotated") +
                     " view: only these can be seen from elsewhere");
   }

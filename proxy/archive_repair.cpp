@@ -132,6 +132,10 @@ std::vector<Finding> repairArchive(const fs::path& directory,
   std::error_code failed;
   if (!fs::is_directory(directory, failed))
     throw Error(ErrorCode::NotFound, "'" + directory.string() + "' is no folder");
+  if (!fs::exists(directory / kTableName, failed) && filesInCycles(directory).empty()) {
+    throw Error(ErrorCode::NotFound, "'" + directory.string() + "' is no archive: it has neither " +
+                                         std::string(kTableName) + " nor proxies");
+  }
   const ArchiveLock lock(directory);
   const std::vector<std::string> files = filesInCycles(directory);
   const Claims claims(readableTable(directory), readTimings(directory), files);

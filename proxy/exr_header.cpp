@@ -17,6 +17,7 @@
 
 #include "proxy/error.h"
 #include "proxy/exr_scan.h"
+#include "proxy/json_object.h"
 #include "proxy/learned_layout.h"
 
 namespace vestige {
@@ -174,7 +175,7 @@ class AttributeReader {
   std::vector<double> numbers(const char* name) const {
     std::string text = this->text(name);
     if (text.empty()) return {};
-    return json::parse(text).get<std::vector<double>>();
+    return parseJson(text).get<std::vector<double>>();
   }
 
  private:
@@ -340,10 +341,10 @@ ProxyHeader proxyHeaderFrom(const Imf::Header& header) try {
   if (std::vector<double> bounds = read.numbers("vestige:bounds"); !bounds.empty())
     proxy.partition = IntervalPartition::fromBounds(std::move(bounds));
   if (std::string base = read.text("vestige:baseTransferFunction"); !base.empty())
-    proxy.base = transferFunctionFromJson(json::parse(base));
+    proxy.base = transferFunctionFromJson(parseJson(base));
   if (std::string custom = read.text("vestige:customization"); !custom.empty()) {
     proxy.customization =
-        customizationFromJson(json::parse(custom), "vestige:customization", "attribute");
+        customizationFromJson(parseJson(custom), "vestige:customization", "attribute");
     proxy.customization->points(proxy.domain);  // throws for a seed elsewhere
   }
   proxy.isovalues = read.numbers("vestige:isovalues");
@@ -351,18 +352,18 @@ ProxyHeader proxyHeaderFrom(const Imf::Header& header) try {
   if (proxy.slabDepths.size() > std::size_t(ExrLimits::kParts))
     refuse(fmt::format("it has {} depths of slabs", proxy.slabDepths.size()));
   if (std::string grid = read.text("vestige:grid"); !grid.empty())
-    proxy.grid = fieldGridFromJson(json::parse(grid));
+    proxy.grid = fieldGridFromJson(parseJson(grid));
   proxy.shading = read.text("vestige:shading");
   if (std::string looks = read.text("vestige:looks"); !looks.empty())
-    proxy.looks = looksFrom(json::parse(looks));
+    proxy.looks = looksFrom(parseJson(looks));
   if (std::string learned = read.text("vestige:learned"); !learned.empty())
-    proxy.learned = learnedOriginFromJson(json::parse(learned));
+    proxy.learned = learnedOriginFromJson(parseJson(learned));
   if (std::string features = read.text("vestige:classifier"); !features.empty())
-    proxy.features = featureOriginFromJson(json::parse(features));
+    proxy.features = featureOriginFromJson(parseJson(features));
   if (proxy.isovalues.size() > std::size_t(ExrLimits::kParts))
     refuse(fmt::format("it has {} isovalues", proxy.isovalues.size()));
   proxy.statistics =
-      statisticsFromJson(withNonFiniteNumbers(json::parse(read.neededText("vestige:statistics"))));
+      statisticsFromJson(withNonFiniteNumbers(parseJson(read.neededText("vestige:statistics"))));
   proxy.provenance = read.text("vestige:provenance");
   proxy.note = read.text("comments");
   proxy.owner = read.text("owner");

@@ -7,6 +7,17 @@
 
 namespace vestige {
 
+nlohmann::json parseJson(std::string_view text) try {
+  return nlohmann::json::parse(
+      text.begin(), text.end(), [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) {
+        if (depth <= kMostJsonLevels) return true;
+        throw Error(ErrorCode::Format,
+                    "JSON is nested deeper than " + std::to_string(kMostJsonLevels) + " levels");
+      });
+} catch (const nlohmann::json::out_of_range& error) {
+  throw Error(ErrorCode::Format, std::string("JSON holds a number out of range: ") + error.what());
+}
+
 JsonObject::JsonObject(const nlohmann::json& json, std::string path, std::string owner)
     : json_(json), path_(std::move(path)), owner_(std::move(owner)) {
   if (json.is_object()) return;

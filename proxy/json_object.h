@@ -3,12 +3,19 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "proxy/error.h"
 
 namespace vestige {
+
+/// The value of a JSON text that may come from anywhere. Throws nlohmann's parse_error with line
+/// and column for bad syntax, Format for more than kMostJsonLevels levels (whose reading, printing
+/// and freeing would take as much of the stack) and for numbers that no double holds.
+nlohmann::json parseJson(std::string_view text);
+inline constexpr int kMostJsonLevels = 64;
 
 /// A Config error of one key, so that who knows the file can say the line.
 class KeyError : public Error {

@@ -7,6 +7,8 @@
 #include <limits>
 #include <numeric>
 
+#include "adaptor/settled.h"
+
 namespace vestige {
 namespace {
 
@@ -161,6 +163,20 @@ TEST(IngestStatistics, HoldHugeAndTinyDeviations) {
     EXPECT_NEAR(result.high / scale, 1.0, 0.01);
     EXPECT_GT(result.histogram[128], 0u) << "not all in one bin";
   }
+}
+
+TEST(Outgrowing, IsMoreThanRounding) {
+  const auto intervals = IntervalPartition::uniform(0.0, 1.0, 16);
+  FieldStatistics statistics;
+  statistics.count = 100;
+  statistics.below = 10;
+  statistics.high = 0.9;
+  statistics.low = -1e-8;
+  EXPECT_FALSE(outgrows(statistics, intervals));
+  statistics.low = -0.01;
+  EXPECT_TRUE(outgrows(statistics, intervals));
+  statistics.below = 1;
+  EXPECT_FALSE(outgrows(statistics, intervals));
 }
 
 }  // namespace

@@ -21,6 +21,12 @@ std::string messageOf(const std::string& text) {
   return {};
 }
 
+TEST(Rotation, WholeTurnsAreNone) {
+  EXPECT_TRUE((Rotation{360.0, -720.0, 0.0}).isZero());
+  EXPECT_FALSE((Rotation{180.0, 0.0, 0.0}).isZero());
+  EXPECT_FALSE((Rotation{0.0, 0.0, 1e-9}).isZero());
+}
+
 TEST(Look, SurvivesJsonWithEveryKeySet) {
   Look look;
   look.cycle = 40;

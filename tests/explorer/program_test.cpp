@@ -428,6 +428,47 @@ TEST_F(Program, FitsNoFeatureNarrowerThanWhatIsStored) {
   EXPECT_NEAR(fitted["primitives"][0]["width"][0].get<double>(), 0.25, 1e-9);
 }
 
+TEST_F(Program, RefusesLooksThatAreDeepEndlessOrBeyond64Bits) {
+  const std::string render = "render " + archive() + " -o '" + file("hostile.png") + "' ";
+  const auto refuses = [&](const std::string& options, const std::string& part) {
+    const Outcome refused = explorer(render + options);
+    EXPECT_EQ(refused.code, 1) << refused.text;
+    EXPECT_NE(refused.text.find(part), std::string::npos) << refused.text.substr(0, 400);
+  };
+  const std::string deep = file("deep.json");
+  std::ofstream(deep) << std::string(200000, '[') + std::string(200000, ']');
+  for (const char* option : {"--look '", "--classifier '", "--customize '"})
+    refuses(option + deep + "'", "nested deeper than 64 levels");
+  refuses("--look /dev/zero", "no regular file");
+  std::ofstream(deep) << R"({"cycle": 18446744073709551615})";
+  refuses("--look '" + deep + "'", "18446744073709551615");
+  std::ofstream(deep) << R"({"zoom": 1e999})";
+  refuses("--look '" + deep + "'", "out of range");
+  refuses("--size 4294967360x64", "4294967360x64");
+}
+
+TEST_F(Program, SaysWhenItsOutputIsLost) {
+  const Outcome lost =
+      shell(std::string("('") + VESTIGE_EXPLORER + "' info " + archive() + " >/dev/full)");
+  EXPECT_EQ(lost.code, 1);
+  EXPECT_NE(lost.text.find("standard output could not be written"), std::string::npos) << lost.text;
+}
+
+TEST_F(Program, NamesWhatCannotBeCompared) {
+  const Outcome missing = explorer("compare " + archive() + " /nonexistent.cdb");
+  EXPECT_EQ(missing.code, 1);
+  EXPECT_NE(missing.text.find("'/nonexistent.cdb' does not exist"), std::string::npos)
+      << missing.text;
+  const Outcome mixed = explorer("compare " + archive() + " /dev/null");
+  EXPECT_NE(mixed.text.find("'/dev/null' is not"), std::string::npos) << mixed.text;
+  const std::string folder = file("nothing");
+  std::filesystem::create_directory(folder);
+  const Outcome repaired = explorer("check '" + folder + "' --repair");
+  EXPECT_EQ(repaired.code, 1);
+  EXPECT_NE(repaired.text.find("is no archive"), std::string::npos) << repaired.text;
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+}
+
 TEST_F(Program, TellsErrorsFromWrongCommandLines) {
   const auto says = [](const std::string& arguments, int code, const char* word) {
     const Outcome outcome = explorer(arguments);

@@ -11,6 +11,7 @@
 #include "explorer/picture.h"
 #include "explorer/renderer.h"
 #include "proxy/error.h"
+#include "proxy/field_layout.h"
 
 namespace vestige::cli {
 namespace {

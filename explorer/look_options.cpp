@@ -103,10 +103,10 @@ std::string textOfFile(const std::string& path) {
   // A pipe may never end, nor begin.
   std::error_code failed;
   if (std::filesystem::exists(path, failed) && !std::filesystem::is_regular_file(path, failed))
-    throw Error(ErrorCode::Io, "'" + path + "' is no regular file");
+    throw Error(ErrorCode::Io, "'" + path + "' cannot be read: it is no regular file");
   if (const auto size = std::filesystem::file_size(path, failed); !failed && size > kMost)
-    throw Error(ErrorCode::Io, "'" + path + "' has " + std::to_string(size) + " bytes, more than " +
-                                   std::to_string(kMost));
+    throw Error(ErrorCode::Io, "'" + path + "' cannot be read: it has " + std::to_string(size) +
+                                   " bytes, more than " + std::to_string(kMost));
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();

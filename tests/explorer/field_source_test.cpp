@@ -97,7 +97,7 @@ TEST(FieldSource, AnswersEverythingWhereNothingElseIsStored) {
 
 TEST(FieldSource, IsTrustedAsFarAsItsToleranceGoes) {
   const synthetic::TemporaryFolder folder;
-  double data = 1.1;
+  double data = 1.2;  // more than all
   for (const double tolerance : {1e-5, 1e-2, 0.1}) {
     const auto path = folder.path() / std::to_string(tolerance);
     ArchiveWriter(path, ExistingArchive::Refuse)

@@ -13,8 +13,8 @@ namespace vestige {
 /// Over time: one frame for each stored cycle.
 std::vector<Look> looksOverTime(const Look& look, const Archive& archive);
 /// A turn of the viewer: `frames` frames from -degrees/2 to +degrees/2 of azimuth and back, so that
-/// it loops; a full turn (360 or more) goes round once instead. All have one frame. None is exactly at
-/// a stored view, which other proxies may draw than those between.
+/// it loops; a full turn (360 or more) goes round once instead. All have one frame. None is exactly
+/// at a stored view, which other proxies may draw than those between.
 std::vector<Look> looksOfTurn(const Look& look, double degrees, int frames);
 
 /// Renders the looks and encodes them with ffmpeg, fed by a pipe; all frames have the first one's

@@ -33,8 +33,8 @@ struct StatedError {
 ///   field      the tolerance, in its place; averaged samples: unbounded, as what is
 ///              smaller than they are is gone
 ///   sliced     the widest interval that any value lies in; a slab's thickness, whatever the
-///              distance of the run's samples: what turns more than twice in a slab may lie anywhere
-///              in it
+///              distance of the run's samples: what turns more than twice in a slab may lie
+///              anywhere in it
 ///   length     the same interval; the order along the ray is not stored: place = 1. Turned:
 ///              unbounded, as what the layers hide is not stored
 ///   attenuation, depth, mip   unbounded

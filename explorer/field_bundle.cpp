@@ -9,6 +9,7 @@
 
 #include "explorer/decode.h"
 #include "explorer/field_source.h"
+#include "explorer/known_mean.h"
 #include "explorer/parallel.h"
 #include "explorer/stack_source.h"
 #include "proxy/error.h"
@@ -124,19 +125,9 @@ void forCorners(glm::ivec3 size, const glm::dvec3& cell, const Add& add) {
 /// shares: NaN where the nearest sample has none (method §1). `value(index)`.
 template <typename Value>
 double interpolated(glm::ivec3 size, const glm::dvec3& cell, const Value& value) {
-  double sum = 0.0, weights = 0.0, nearest = 0.0;
-  bool known = false;
-  forCorners(size, cell, [&](std::size_t i, double weight) {
-    const double own = value(i);
-    if (weight > nearest) {
-      nearest = weight;
-      known = std::isfinite(own);
-    }
-    if (!std::isfinite(own)) return;
-    sum += weight * own;
-    weights += weight;
-  });
-  return known ? sum / weights : double(kNone);
+  KnownMean mean;
+  forCorners(size, cell, [&](std::size_t i, double weight) { mean.add(value(i), weight); });
+  return mean.value();
 }
 
 class Interpolator {

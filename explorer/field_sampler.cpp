@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "explorer/known_mean.h"
+
 namespace vestige {
 namespace {
 
@@ -32,8 +34,7 @@ double FieldSampler::at(const glm::dvec3& world) const {
   for (int a = 0; a < 3; ++a)
     places[std::size_t(a)] = placeOn(field_.axes[std::size_t(a)], world[a]);
   const std::size_t nx = std::size_t(field_.axes[0].count), ny = std::size_t(field_.axes[1].count);
-  double sum = 0.0, have = 0.0, most = 0.0;
-  bool data = false;
+  KnownMean mean;
   for (int corner = 0; corner < 8; ++corner) {
     double weight = 1.0;
     std::array<std::size_t, 3> i;
@@ -43,17 +44,9 @@ double FieldSampler::at(const glm::dvec3& world) const {
       i[a] = std::size_t(places[a].before + (next ? 1 : 0));
     }
     if (weight <= 0.0) continue;
-    const double share = double(field_.values[(i[2] * ny + i[1]) * nx + i[0]]);
-    if (weight > most) {
-      most = weight;
-      data = std::isfinite(share);
-    }
-    if (!std::isfinite(share)) continue;
-    sum += weight * share;
-    have += weight;
+    mean.add(double(field_.values[(i[2] * ny + i[1]) * nx + i[0]]), weight);
   }
-  if (!data) return std::numeric_limits<double>::quiet_NaN();
-  return std::lerp(field_.low, field_.high, sum / have);
+  return std::lerp(field_.low, field_.high, mean.value());
 }
 
 double FieldSampler::spacing() const {

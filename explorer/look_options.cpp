@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -99,19 +97,8 @@ nlohmann::json featureFromText(const std::string& text) {
 }  // namespace
 
 std::string textOfFile(const std::string& path) {
-  constexpr std::uintmax_t kMost = 16 << 20;
-  // A pipe may never end, nor begin.
-  std::error_code failed;
-  if (std::filesystem::exists(path, failed) && !std::filesystem::is_regular_file(path, failed))
-    throw Error(ErrorCode::Io, "'" + path + "' cannot be read: it is no regular file");
-  if (const auto size = std::filesystem::file_size(path, failed); !failed && size > kMost)
-    throw Error(ErrorCode::Io, "'" + path + "' cannot be read: it has " + std::to_string(size) +
-                                   " bytes, more than " + std::to_string(kMost));
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file) throw Error(ErrorCode::Io, "'" + path + "' cannot be read");
-  return text.str();
+  const std::vector<std::byte> bytes = readBytes(path, std::size_t(16) << 20);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 std::vector<double> numbersFromText(const std::string& option, const std::string& text,

@@ -122,16 +122,28 @@ TransferFunction functionOf(const Look& look, const ProxyHeader& header,
   return function;
 }
 
+namespace {
+
+/// The least and the greatest time of an archive's steps, of which there is one at least.
+std::pair<double, double> timesOf(const Archive& archive) {
+  const std::vector<long> cycles = archive.cycles();
+  const auto [first, last] = std::minmax_element(cycles.begin(), cycles.end(), [&](long a, long b) {
+    return archive.timeOf(a) < archive.timeOf(b);
+  });
+  return {archive.timeOf(*first), archive.timeOf(*last)};
+}
+
+}  // namespace
+
 long cycleOf(const Look& look, const Archive& archive) {
   const std::vector<long> cycles = archive.cycles();
   if (cycles.empty()) {
     throw Error(ErrorCode::NotFound, "archive " + archive.directory().string() + " holds no step");
   }
   if (look.time) {
-    const auto earlier = [&](long a, long b) { return archive.timeOf(a) < archive.timeOf(b); };
-    const auto [first, last] = std::minmax_element(cycles.begin(), cycles.end(), earlier);
     // Far beyond all steps every distance is the same.
-    const double time = std::clamp(*look.time, archive.timeOf(*first), archive.timeOf(*last));
+    const auto [first, last] = timesOf(archive);
+    const double time = std::clamp(*look.time, first, last);
     return *std::min_element(cycles.begin(), cycles.end(), [&](long a, long b) {
       return std::abs(archive.timeOf(a) - time) < std::abs(archive.timeOf(b) - time);
     });
@@ -303,15 +315,12 @@ void warn(const Look& unitLook, const ProxyHeader& unitHeader, const TransferFun
 
 /// The step that answers a time outside of all.
 void warnOfTime(const Look& look, const Archive& archive, long cycle, Rendered& out) {
-  const std::vector<long> cycles = archive.cycles();
-  const auto time = [&](long of) { return archive.timeOf(of); };
-  const auto [first, last] = std::minmax_element(cycles.begin(), cycles.end(),
-                                                 [&](long a, long b) { return time(a) < time(b); });
-  if (!look.time || (*look.time >= time(*first) && *look.time <= time(*last))) return;
+  if (!look.time) return;
+  const auto [first, last] = timesOf(archive);
+  if (*look.time >= first && *look.time <= last) return;
   out.warnings.push_back({"time", "no step is stored at time " + numberText(*look.time) +
-                                      ", only " + numberText(time(*first)) + " .. " +
-                                      numberText(time(*last)) + ": cycle " + std::to_string(cycle) +
-                                      " answers"});
+                                      ", only " + numberText(first) + " .. " + numberText(last) +
+                                      ": cycle " + std::to_string(cycle) + " answers"});
 }
 
 /// The part of a stored picture that the camera shows, in square pixels of the look's size.

@@ -182,7 +182,8 @@ std::vector<std::byte> readBytes(const fs::path& path, std::size_t most) {
   if (!fd.ok()) fail("open", path, errno);
   struct stat status;
   if (::fstat(fd.get(), &status) != 0) fail("examine", path, errno);
-  if (!S_ISREG(status.st_mode)) fail("read", path, S_ISDIR(status.st_mode) ? EISDIR : EINVAL);
+  if (!S_ISREG(status.st_mode))
+    throw Error(ErrorCode::Io, "'" + path.string() + "' cannot be read: it is no regular file");
   if (std::uint64_t(status.st_size) > most)
     throw Error(ErrorCode::Format, "'" + path.string() + "' has " + std::to_string(status.st_size) +
                                        " bytes, more than " + std::to_string(most));

@@ -15,6 +15,7 @@
 #include "explorer/layer_pass.h"
 #include "proxy/exr_file.h"
 #include "proxy/gl/device.h"
+#include "tests/bench/vtk_scene.h"
 #include "tests/support/scenes.h"
 
 namespace vestige::test {
@@ -77,30 +78,15 @@ void writeFloats(const fs::path& path, const std::vector<float>& values) {
 /// The same for vtk_side.py, with what lit.py measures by.
 void writeScene(const Scene& scene, const TransferFunction& function, const LightSetup& light,
                 const Camera& camera, const fs::path& folder) {
-  const auto vec = [](glm::dvec3 v) { return std::vector<double>{v.x, v.y, v.z}; };
   const double pixel = camera.viewHeight / kPixels;
-  nlohmann::json json{{"volume", (folder / "ball.raw").string()},
-                      {"size", scene.size},
-                      {"spacing", vec(scene.spacing)},
-                      {"origin", vec(scene.origin)},
-                      {"image", {kPixels, kPixels}},
-                      {"referenceLength", function.referenceLength()},
-                      {"threads", 2},
-                      {"camera",
-                       {{"position", vec(camera.position)},
-                        {"forward", vec(camera.forward)},
-                        {"up", vec(camera.up)},
-                        {"viewHeight", camera.viewHeight},
-                        {"nearDepth", camera.nearDepth},
-                        {"farDepth", camera.farDepth}}},
-                      {"light",
-                       {{"ambient", light.material.ambient},
-                        {"diffuse", light.material.diffuse},
-                        {"toward", vec(light.directions.front())}}},
-                      {"pixelsPerCell", scene.spacing.x / pixel},
-                      {"ballRadiusPixels", kRadius / pixel}};
-  for (const OpacityPoint& p : function.opacityPoints())
-    json["opacity"].push_back({p.value, p.opacity});
+  const glm::dvec3 toward = light.directions.front();
+  nlohmann::json json = vtkScene(scene, folder / "ball.raw", camera, kPixels,
+                                 function.opacityPoints(), function.referenceLength());
+  json["light"] = {{"ambient", light.material.ambient},
+                   {"diffuse", light.material.diffuse},
+                   {"toward", {toward.x, toward.y, toward.z}}};
+  json["pixelsPerCell"] = scene.spacing.x / pixel;
+  json["ballRadiusPixels"] = kRadius / pixel;
   for (const double value : {0.0, 1.0}) {
     const glm::dvec3 c = function.color(value);
     json["colors"].push_back({value, c.r, c.g, c.b});

@@ -32,6 +32,7 @@
 
 #include "adaptor/vestige.h"
 #include "explorer/renderer.h"
+#include "tests/bench/vtk_scene.h"
 #include "tests/support/random_transfer_function.h"
 #include "tests/support/scenes.h"
 
@@ -147,24 +148,9 @@ class Run {
 
 /// What vtk_side.py is to draw, seen by the camera that the archive has.
 void writeScene(const Scene& scene, const Camera& camera, int pixels, const fs::path& path) {
-  const fs::path folder = path.parent_path();
-  const auto vec = [](glm::dvec3 v) { return std::vector<double>{v.x, v.y, v.z}; };
   const Colormap map = Colormap::named("viridis");
-  nlohmann::json json{{"volume", (folder / "scene.raw").string()},
-                      {"size", scene.size},
-                      {"spacing", vec(scene.spacing)},
-                      {"origin", vec(scene.origin)},
-                      {"image", {pixels, pixels}},
-                      {"referenceLength", scene.domain().diagonal() / 100},
-                      {"threads", 2},
-                      {"camera",
-                       {{"position", vec(camera.position)},
-                        {"forward", vec(camera.forward)},
-                        {"up", vec(camera.up)},
-                        {"viewHeight", camera.viewHeight},
-                        {"nearDepth", camera.nearDepth},
-                        {"farDepth", camera.farDepth}}}};
-  for (const OpacityPoint& p : basePoints(scene)) json["opacity"].push_back({p.value, p.opacity});
+  nlohmann::json json = vtkScene(scene, path.parent_path() / "scene.raw", camera, pixels,
+                                 basePoints(scene), scene.domain().diagonal() / 100);
   for (int i = 0; i <= 16; ++i) {
     const glm::dvec3 c = map.at(i / 16.0);
     json["colors"].push_back({scene.low + (scene.high - scene.low) * i / 16.0, c.r, c.g, c.b});

@@ -4,8 +4,8 @@
 #include <map>
 #include <optional>
 
+#include "adaptor/block_grid.h"
 #include "adaptor/field_view.h"
-#include "adaptor/march_types.h"
 #include "proxy/box.h"
 
 namespace vestige {

@@ -55,8 +55,8 @@ BrickTexture::BrickTexture(const BrickGrid& bricks, const std::vector<glm::vec4>
   f.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, x, y, z, GL_RGBA, GL_FLOAT, texels.data());
 }
 
-void BlockVolume::upload(const BlockGrid& grid, const Marcher::FillSlab& fill, int most,
-                         int threads, Marcher::Times& times) {
+void BlockVolume::upload(const BlockGrid& grid, const FillSlab& fill, int most, int threads,
+                         MarchTimes& times) {
   grid_ = BlockGrid{};
   if (!grid.empty()) {
     const Stopwatch watch;
@@ -94,7 +94,7 @@ void BlockVolume::allocate(std::array<int, 3> size, int most) {
   size_ = size;
 }
 
-void BlockVolume::fillTexture(const Marcher::FillSlab& fill, int threads, Marcher::Times& times) {
+void BlockVolume::fillTexture(const FillSlab& fill, int threads, MarchTimes& times) {
   const gl::Functions& f = gl::functions();
   const auto [nx, ny, nz] = size_;
   const std::size_t layer = std::size_t(nx) * std::size_t(ny);

@@ -8,7 +8,7 @@
 
 #include "adaptor/brick_grid.h"
 #include "adaptor/march_setup.h"
-#include "adaptor/marcher.h"
+#include "adaptor/march_types.h"
 #include "proxy/gl/objects.h"
 
 namespace vestige {
@@ -34,8 +34,8 @@ class BlockVolume {
  public:
   /// Replaces the block; adds the seconds. Throws Gl when it has more than `most` samples a side
   /// or does not fit, and passes on what `fill` throws; there is no block then.
-  void upload(const BlockGrid& grid, const Marcher::FillSlab& fill, int most, int threads,
-              Marcher::Times& times);
+  void upload(const BlockGrid& grid, const FillSlab& fill, int most, int threads,
+              MarchTimes& times);
   void clear();
 
   const BlockGrid& grid() const { return grid_; }
@@ -45,7 +45,7 @@ class BlockVolume {
 
  private:
   void allocate(std::array<int, 3> size, int most);
-  void fillTexture(const Marcher::FillSlab& fill, int threads, Marcher::Times& times);
+  void fillTexture(const FillSlab& fill, int threads, MarchTimes& times);
 
   BlockGrid grid_;
   BrickGrid bricks_;

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "adaptor/parallel.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {

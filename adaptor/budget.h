@@ -9,14 +9,9 @@
 #include <utility>
 #include <vector>
 
-namespace vestige {
+#include "adaptor/config.h"
 
-/// [budget]
-struct BudgetConfig {
-  std::optional<std::uint64_t> bytesPerStep;  ///< of the EXRs and previews of a stored step
-  std::optional<double> timeShare;            ///< of the run's wall time, 0 < share <= 1
-  bool any() const { return bytesPerStep || timeShare; }
-};
+namespace vestige {
 
 /// What budgets count apart: proxies that are pictures of views, stacks, fields.
 enum class Tier { Pictures, Sliced, Field };

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "adaptor/budget.h"
 #include "adaptor/classifier_config.h"
 #include "adaptor/field_view.h"
 #include "proxy/archive.h"
@@ -93,6 +92,13 @@ struct TrainingConfig {
   int pictures = 3;           ///< of each view: the base function's, and under changed opacities
   double scale = 0.1;         ///< of the opacities that are changed
   std::optional<bool> light;  ///< lit; empty: as the reference picture
+};
+
+/// [budget]
+struct BudgetConfig {
+  std::optional<std::uint64_t> bytesPerStep;  ///< of the EXRs and previews of a stored step
+  std::optional<double> timeShare;            ///< of the run's wall time, 0 < share <= 1
+  bool any() const { return bytesPerStep || timeShare; }
 };
 
 /// What to make of a run.

@@ -88,7 +88,7 @@ struct FeatureMarcher::Impl {
   std::vector<BlockVolume> volumes;  ///< of the fields, then of the gradient norm
   std::optional<gl::Buffer> planes;
   std::map<std::string, gl::Program> programs;
-  Marcher::Times times;
+  MarchTimes times;
 };
 
 const gl::Program& FeatureMarcher::Impl::program(const FeatureRequest& request,
@@ -219,9 +219,8 @@ FeatureMarcher::FeatureMarcher(std::shared_ptr<gl::Device> device)
     : impl_(std::make_unique<Impl>(std::move(device))) {}
 FeatureMarcher::~FeatureMarcher() = default;
 
-void FeatureMarcher::upload(const BlockGrid& grid, std::span<const Marcher::FillSlab> fields,
-                            int threads) {
-  Marcher::Times& times = impl_->times;
+void FeatureMarcher::upload(const BlockGrid& grid, std::span<const FillSlab> fields, int threads) {
+  MarchTimes& times = impl_->times;
   times.fill = times.upload = 0.0;
   if (fields.empty()) throw Error(ErrorCode::InvalidArgument, "a march of features: no fields");
   impl_->device->run([&] {
@@ -303,6 +302,6 @@ std::vector<std::vector<float>> FeatureMarcher::marchSlabs(const FeatureRequest&
   return made;
 }
 
-const Marcher::Times& FeatureMarcher::times() const { return impl_->times; }
+const MarchTimes& FeatureMarcher::times() const { return impl_->times; }
 
 }  // namespace vestige

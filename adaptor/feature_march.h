@@ -33,7 +33,7 @@ class FeatureMarcher {
   /// Uploads a block, replacing the one before: normalised samples of the classifier's fields, in
   /// their order, on the same grid; for one that needsGradient() the gradient norm follows, 1 /
   /// world unit. As Marcher::upload.
-  void upload(const BlockGrid& grid, std::span<const Marcher::FillSlab> fields, int threads = 1);
+  void upload(const BlockGrid& grid, std::span<const FillSlab> fields, int threads = 1);
 
   /// Whole rays: of the image, channels are the classifier's; there are entry, exit (a ray that
   /// meets nothing may count as a miss), length = ∫ w ds, moment = ∫ Z w ds, attenuation
@@ -46,7 +46,7 @@ class FeatureMarcher {
                                              std::span<const double> depths);
 
   /// Seconds of the last upload and march.
-  const Marcher::Times& times() const;
+  const MarchTimes& times() const;
 
  private:
   struct Impl;

@@ -55,7 +55,7 @@ void FeatureStep::upload(const Job& job, const BlockPart& part) {
   }
   const Location location = plan.fields.front().location;
   const SampleRange window = samplesOf(*job.frame.blocks, part, location);
-  std::vector<Marcher::FillSlab> fills;
+  std::vector<FillSlab> fills;
   for (const Source& source : sources) {
     fills.push_back([&source, &window, threads = job.threads](int z0, int z1, float* out) {
       fillNormalised(source.reader, source.low, source.high, window, z0, z1, out, threads);

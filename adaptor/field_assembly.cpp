@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "adaptor/adaptor_error.h"
-#include "adaptor/parallel.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "adaptor/parallel.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {

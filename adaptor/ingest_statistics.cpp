@@ -7,7 +7,7 @@
 #include <limits>
 #include <mutex>
 
-#include "adaptor/parallel.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {

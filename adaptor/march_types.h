@@ -3,10 +3,12 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "adaptor/block_grid.h"
 #include "proxy/camera.h"
 #include "proxy/customization.h"
 #include "proxy/interval_partition.h"
@@ -14,16 +16,14 @@
 
 namespace vestige {
 
-/// The samples of one block: where they stand and which part of the domain the block answers for.
-/// Values between samples are trilinear; beyond the outermost samples they are clamped.
-struct BlockGrid {
-  std::array<std::vector<double>, 3> nodes;  ///< per axis, strictly increasing, ghosts included
-  Box owned;  ///< world; the owned boxes of all blocks tile the domain
+/// Fills samples [z0, z1) x all y x all x (x fastest) of a block, normalised by the partition to be
+/// marched with: (f - b_0) / (b_L - b_0); no data = NaN. Called with ascending slabs, on the
+/// device's thread (a clean floating-point environment, signals blocked); may throw.
+using FillSlab = std::function<void(int z0, int z1, float* out)>;
 
-  std::array<int, 3> size() const {
-    return {int(nodes[0].size()), int(nodes[1].size()), int(nodes[2].size())};
-  }
-  bool empty() const { return nodes[0].empty() || nodes[1].empty() || nodes[2].empty(); }
+/// Seconds of the last upload and march, read-back apart.
+struct MarchTimes {
+  double fill = 0.0, upload = 0.0, march = 0.0, readBack = 0.0;
 };
 
 /// What one march is to make (method §2). Scalars are in the field's units; the samples that the

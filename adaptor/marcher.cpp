@@ -72,7 +72,7 @@ struct Marcher::Impl {
   std::map<std::string, gl::Program> programs;
   std::optional<LayerMarch> second;
   std::optional<SlabMarch> slabs;
-  Times times;
+  MarchTimes times;
 };
 
 gl::Program& Marcher::Impl::program(const MarchRequest& request, const MarchSetup& setup,
@@ -181,7 +181,7 @@ Marcher::Marcher(std::shared_ptr<gl::Device> device)
 Marcher::~Marcher() = default;
 
 void Marcher::upload(const BlockGrid& grid, const FillSlab& fill, int threads) {
-  Times& times = impl_->times;
+  MarchTimes& times = impl_->times;
   times.fill = times.upload = 0.0;
   impl_->device->run([&] {
     impl_->volume.upload(grid, fill, impl_->device->info().maxTexture3D, threads, times);
@@ -234,6 +234,6 @@ void Marcher::marchSlabs(const MarchRequest& request, std::span<const double> de
   impl_->times.readBack = times.readBack;
 }
 
-const Marcher::Times& Marcher::times() const { return impl_->times; }
+const MarchTimes& Marcher::times() const { return impl_->times; }
 
 }  // namespace vestige

@@ -18,11 +18,6 @@ class Marcher {
   explicit Marcher(std::shared_ptr<gl::Device> device);
   ~Marcher();
 
-  /// Fills samples [z0, z1) x all y x all x (x fastest) of the block, normalised by the partition
-  /// to be marched with: (f - b_0) / (b_L - b_0); no data = NaN. Called with ascending slabs, on
-  /// the device's thread (a clean floating-point environment, signals blocked); may throw.
-  using FillSlab = std::function<void(int z0, int z1, float* out)>;
-
   /// Uploads a block, slab by slab, replacing the one before; `threads` look for what a march can
   /// pass over. Throws Gl when it does not fit.
   void upload(const BlockGrid& grid, const FillSlab& fill, int threads = 1);
@@ -37,11 +32,7 @@ class Marcher {
   void marchSlabs(const MarchRequest& request, std::span<const double> depths,
                   const TakeSlab& take);
 
-  /// Seconds of the last upload and march, read-back apart.
-  struct Times {
-    double fill = 0.0, upload = 0.0, march = 0.0, readBack = 0.0;
-  };
-  const Times& times() const;
+  const MarchTimes& times() const;
 
  private:
   struct Impl;

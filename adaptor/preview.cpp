@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "adaptor/parallel.h"
+#include "proxy/parallel.h"
 #include "proxy/proxy_image.h"
 #include "proxy/proxy_layout.h"
 

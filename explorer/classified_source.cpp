@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "explorer/layer_pass.h"
+#include "explorer/light.h"
 #include "proxy/error.h"
 
 namespace vestige {

@@ -9,8 +9,8 @@
 #include <sstream>
 #include <utility>
 
+#include "explorer/camera_info.h"
 #include "explorer/export_arrays.h"
-#include "explorer/info.h"
 #include "explorer/npy.h"
 #include "explorer/output_file.h"
 #include "proxy/error.h"

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "explorer/parallel.h"
 #include "proxy/error.h"
+#include "proxy/parallel.h"
 #include "proxy/sliced_stack.h"
 
 namespace vestige {

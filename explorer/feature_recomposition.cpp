@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "explorer/parallel.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {

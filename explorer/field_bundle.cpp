@@ -10,9 +10,9 @@
 #include "explorer/decode.h"
 #include "explorer/field_source.h"
 #include "explorer/known_mean.h"
-#include "explorer/parallel.h"
 #include "explorer/stack_source.h"
 #include "proxy/error.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {

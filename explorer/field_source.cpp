@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "explorer/field_thinning.h"
-#include "explorer/parallel.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "explorer/parallel.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {

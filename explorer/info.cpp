@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "explorer/camera_info.h"
 #include "explorer/custom_info.h"
 #include "explorer/feature_info.h"
 #include "explorer/learned_pass.h"
@@ -34,27 +35,6 @@ std::uint64_t sizeOf(const std::filesystem::path& path) {
   const auto size = std::filesystem::file_size(path, error);
   return error ? 0 : std::uint64_t(size);
 }
-
-}  // namespace
-
-json cameraInfo(const Camera& camera) {
-  const auto vector = [](glm::dvec3 v) { return json{v.x, v.y, v.z}; };
-  json info{{"projection", camera.projection == Projection::Orthographic  ? "orthographic"
-                           : camera.projection == Projection::Perspective ? "perspective"
-                                                                          : "multi-perspective"},
-            {"position", vector(camera.position)},
-            {"forward", vector(camera.forward)},
-            {"up", vector(camera.up)}};
-  if (camera.projection == Projection::Perspective) {
-    info["fieldOfViewRadians"] = camera.fieldOfView;
-  } else {
-    info["viewHeight"] = camera.viewHeight;
-  }
-  if (camera.projection == Projection::MultiPerspective) info["convergence"] = camera.convergence;
-  return info;
-}
-
-namespace {
 
 json fieldInfo(const ProxyHeader& header) {
   json info{{"name", header.field},

@@ -15,9 +15,6 @@ nlohmann::json archiveInfo(const Archive& archive);
 /// The same for people.
 std::string infoText(const nlohmann::json& info);
 
-/// A camera: projection, position, forward, up and what is its own.
-nlohmann::json cameraInfo(const Camera& camera);
-
 /// timings.csv of an archive: {"columns": [...], "rows": [[...], ...]} as stored, texts as texts
 /// and numbers as numbers. Throws NotFound when there is none, Format naming a bad line.
 nlohmann::json timingsInfo(const std::filesystem::path& archive);

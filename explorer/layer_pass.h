@@ -11,6 +11,7 @@
 #include "explorer/custom_textures.h"
 #include "explorer/drawn_view.h"
 #include "explorer/gpu.h"
+#include "explorer/light.h"
 #include "explorer/look.h"
 #include "explorer/stretch.h"
 #include "proxy/box.h"
@@ -40,27 +41,6 @@ struct LayerTextures {
 
   explicit LayerTextures(const LayerPlanes& planes);
 };
-
-/// How layers are lit. Directions in eye space of the layers' own camera.
-struct LightSetup {
-  std::vector<glm::dvec3> directions;  ///< unit, toward the light
-  std::vector<double> intensities;
-  Material material;
-  bool shade = true;  ///< false: ambient occlusion alone
-  NormalSource normals = NormalSource::Stored;
-  AmbientOcclusion ao;
-  double aoRadiusWorld = 0.0;
-  /// The layers' eye space in the scene that they are lit in (stretch.h), and normals alike.
-  glm::dmat4 stretch{1.0};
-  glm::dmat3 stretchNormal{1.0};
-  /// Where the viewer is: for perspective viewers their position (w = 1), else the unit direction
-  /// toward them (w = 0).
-  glm::dvec4 viewer{0.0, 0.0, 1.0, 0.0};
-};
-
-/// The light setup of a look whose viewer is `target`, for layers of `domain` seen by `source`.
-LightSetup lightSetup(const Look& look, const Camera& source, const Camera& target,
-                      const Box& domain);
 
 /// A rotated view of depth layers; depth: of the nearest sampled surface.
 using WarpedView = DrawnView;

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
 
-#include "explorer/parallel.h"
 #include "fullscreen_vert.embed.h"
 #include "layered_frag.embed.h"
 #include "proxy/error.h"
+#include "proxy/parallel.h"
 #include "proxy/proxy_layout.h"
 
 namespace vestige {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "explorer/parallel.h"
 #include "explorer/run_order.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {

@@ -7,8 +7,8 @@
 #include <cstring>
 #include <string>
 
-#include "explorer/parallel.h"
 #include "proxy/error.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {

@@ -5,11 +5,11 @@
 #include <array>
 #include <cmath>
 
-#include "explorer/parallel.h"
 #include "proxy/colormap.h"
 #include "proxy/durable_file.h"
 #include "proxy/error.h"
 #include "proxy/exr_file.h"
+#include "proxy/parallel.h"
 #include "proxy/png_file.h"
 
 namespace vestige {

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "explorer/parallel.h"
 #include "explorer/pieces.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <utility>
 
-#include "explorer/parallel.h"
 #include "explorer/run_profile.h"
 #include "proxy/error.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <mutex>
 
-#include "explorer/parallel.h"
 #include "explorer/slab_path.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {

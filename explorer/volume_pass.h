@@ -8,7 +8,7 @@
 
 #include "explorer/custom_textures.h"
 #include "explorer/drawn_view.h"
-#include "explorer/layer_pass.h"
+#include "explorer/light.h"
 #include "explorer/look_grid.h"
 #include "explorer/probed_rays.h"
 #include "proxy/box.h"

@@ -18,7 +18,7 @@
 #include "proxy/error.h"
 #include "proxy/exr_scan.h"
 #include "proxy/json_object.h"
-#include "proxy/learned_layout.h"
+#include "proxy/learned_origin.h"
 
 namespace vestige {
 namespace {

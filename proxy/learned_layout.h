@@ -9,7 +9,6 @@
 namespace vestige {
 
 /// Training pictures of a view at most (visualization-by-proxy §6.2 uses one to four).
-inline constexpr int kMostTrainingPictures = 4;
 inline constexpr int kMostClusters = 256;
 
 /// A colour for every distribution of attenuation (visualization-by-proxy §6.2, eq. 8-10): in the

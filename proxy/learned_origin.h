@@ -8,6 +8,9 @@
 
 namespace vestige {
 
+/// Training pictures of a table of learned colours, at most.
+inline constexpr int kMostTrainingPictures = 4;
+
 /// How a table of learned colours came about.
 struct LearnedOrigin {
   std::string from;    ///< the proxy that attenuation was made of: length, attenuation or sliced

@@ -4,31 +4,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdlib>
-#include <functional>
 #include <limits>
-#include <thread>
 
 #include "proxy/cell_counts.h"
 #include "proxy/clones.h"
 #include "proxy/error.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {
-
-/// work(i) for all i in [0, count), the next free thread taking the next i.
-void forEach(int count, int threads, const std::function<void(int)>& work) {
-  const int most = threads > 0 ? threads : std::max(1, int(std::thread::hardware_concurrency()));
-  std::atomic<int> next{0};
-  const auto run = [&] {
-    for (int i = next++; i < count; i = next++) work(i);
-  };
-  std::vector<std::jthread> others;
-  for (int i = 1; i < std::min(most, count); ++i) others.emplace_back(run);
-  run();
-}
 
 std::size_t indexIn(glm::ivec3 nodes, glm::ivec3 p) {
   return std::size_t((p.z * nodes.y + p.y) * nodes.x + p.x);
@@ -135,7 +121,7 @@ std::vector<CellRun> voronoiRuns(glm::ivec3 nodes, std::span<const GridSeed> see
                                  SeedMetric metric, int threads) {
   requireGrid(nodes, seeds);
   std::vector<std::vector<CellRun>> slices{std::size_t(nodes.z)};
-  forEach(nodes.z, threads, [&](int z) {
+  parallelFor(nodes.z, threads, [&](int z) {
     std::vector<int> distance(std::size_t(nodes.x)), nearest(std::size_t(nodes.x));
     std::vector<CellRun>& mine = slices[std::size_t(z)];
     for (int y = 0; y < nodes.y; ++y) {
@@ -180,7 +166,7 @@ std::vector<NodeValues> naturalNeighbours(glm::ivec3 nodes, std::span<const Grid
   const std::size_t plane = std::size_t(nodes.x) * std::size_t(nodes.y);
   const CellCounts cells(nodes, metric, seeds, runs);
   std::vector<NodeValues> result(plane * std::size_t(nodes.z));
-  forEach(nodes.z, threads, [&](int z) {
+  parallelFor(nodes.z, threads, [&](int z) {
     SliceCounter counter(cells);
     SliceSums sums(cells, rows);
     for (const CellCounts::Cell& cell : cells.cells()) {

@@ -10,8 +10,8 @@
 #include <new>
 
 #include "adaptor/adaptor_error.h"
-#include "adaptor/parallel.h"
 #include "adaptor/worker.h"
+#include "proxy/parallel.h"
 
 namespace vestige {
 namespace {

@@ -34,8 +34,8 @@ struct TwoFields {
   Scene scene;
   Field second, gradient;
 
-  std::vector<Marcher::FillSlab> fills(const BlockGrid& grid) const {
-    std::vector<Marcher::FillSlab> fills;
+  std::vector<FillSlab> fills(const BlockGrid& grid) const {
+    std::vector<FillSlab> fills;
     for (const Field* field : {&scene.field, &second, &gradient}) {
       fills.push_back([&grid, field](int z0, int z1, float* out) {
         for (int z = z0; z < z1; ++z)

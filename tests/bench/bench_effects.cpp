@@ -16,9 +16,9 @@
 
 #include "explorer/edit_pass.h"
 #include "explorer/layers.h"
-#include "explorer/parallel.h"
 #include "explorer/picture.h"
 #include "proxy/gl/functions.h"
+#include "proxy/parallel.h"
 #include "proxy/proxy_layout.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/layered_scenes.h"

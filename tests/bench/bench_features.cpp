@@ -84,7 +84,7 @@ void upload(FeatureMarcher& marcher, const Plume& plume) {
   const Scene& first = plume.scenes.fields[0];
   const auto [nx, ny, nz] = first.size;
   const auto plane = std::size_t(nx) * std::size_t(ny);
-  std::vector<Marcher::FillSlab> fills;
+  std::vector<FillSlab> fills;
   for (std::size_t f = 0; f < 2; ++f) {
     fills.push_back([&, f](int z0, int z1, float* out) {
       const FieldDomain& domain = plume.scenes.domains[f];

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "explorer/gpu.h"
-#include "explorer/parallel.h"
+#include "proxy/parallel.h"
 
 namespace vestige::test {
 namespace {

@@ -10,7 +10,6 @@
 #include "explorer/info.h"
 #include "explorer/layers.h"
 #include "explorer/movie.h"
-#include "explorer/parallel.h"
 #include "explorer/picture.h"
 #include "explorer/subprocess.h"
 #include "explorer/text.h"
@@ -18,6 +17,7 @@
 #include "explorer/trust.h"
 #include "proxy/archive.h"
 #include "proxy/error.h"
+#include "proxy/parallel.h"
 #include "synthetic.h"
 
 namespace vestige {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "adaptor/parallel.h"
+#include "proxy/parallel.h"
 
 #include <algorithm>
 #include <atomic>
+#include <cstdint>
 #include <exception>
 #include <mutex>
 #include <system_error>
@@ -10,6 +11,11 @@
 #include <vector>
 
 namespace vestige {
+namespace {
+
+int cores() { return std::max(1, int(std::thread::hardware_concurrency())); }
+
+}  // namespace
 
 void parallelFor(int tasks, int threads, const std::function<void(int)>& work) {
   std::atomic<int> next{0};
@@ -26,6 +32,7 @@ void parallelFor(int tasks, int threads, const std::function<void(int)>& work) {
       }
     }
   };
+  if (threads == 0) threads = cores();
   std::vector<std::jthread> helpers;
   try {
     for (int i = 1; i < std::min(threads, tasks); ++i) helpers.emplace_back(drain);
@@ -35,6 +42,12 @@ void parallelFor(int tasks, int threads, const std::function<void(int)>& work) {
   drain();
   helpers.clear();
   if (failure) std::rethrow_exception(failure);
+}
+
+void parallelRanges(int count, const std::function<void(int begin, int end)>& work) {
+  const int ranges = std::min(cores(), count);
+  const auto start = [&](int i) { return int(std::int64_t(count) * i / ranges); };
+  parallelFor(ranges, ranges, [&](int i) { work(start(i), start(i + 1)); });
 }
 
 }  // namespace vestige

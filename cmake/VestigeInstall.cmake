@@ -45,7 +45,7 @@ foreach(program IN ITEMS vestige-explorer vestige-mini-sim vestige-replay)
   endif()
 endforeach()
 
-install(FILES adaptor/vestige.h adaptor/vestige.hpp adaptor/vestige_vtk.h
+install(FILES adaptor/include/vestige.h adaptor/include/vestige.hpp adaptor/include/vestige_vtk.h
         DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT adaptor)
 foreach(folder IN ITEMS proxy explorer)
   install(DIRECTORY ${folder}/ DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/vestige/${folder}"

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "adaptor/vestige.h"
+#include "adaptor/include/vestige.h"
 
 namespace minisim {
 

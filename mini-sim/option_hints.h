@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "proxy/nearest_word.h"
+#include "proxy/base/nearest_word.h"
 
 namespace minisim {
 

@@ -10,7 +10,7 @@
 
 namespace minisim {
 
-/// A folder that VESTIGE_RECORD made (adaptor/record.h has its format).
+/// A folder that VESTIGE_RECORD made (adaptor/run/record.h has its format).
 class Recording {
  public:
   static bool isOne(const std::filesystem::path& folder);

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-#include "adaptor/vestige_vtk.h"
+#include "adaptor/include/vestige_vtk.h"
 
 namespace minisim {
 int vestigeType(vtkDataArray* array) {

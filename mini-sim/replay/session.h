@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "adaptor/vestige.h"
+#include "adaptor/include/vestige.h"
 
 class vtkDataArray;
 class vtkDataSet;
@@ -52,7 +52,7 @@ class Session {
   void field(int block, const std::string& name, int location, vtkDataArray* array);
   void mask(int block, int location, vtkDataArray* array);
   /// Describes a data set as block 0 and shares its numeric arrays; images and rectilinear grids as
-  /// they are, others resampled (adaptor/vestige_vtk.h).
+  /// they are, others resampled (adaptor/include/vestige_vtk.h).
   void dataSet(vtkDataSet* data, int resampledPoints);
   /// Keeps the first error, its own or an earlier call's, and returns it.
   int execute(std::int64_t cycle, double time);

@@ -10,11 +10,11 @@
 #include <set>
 
 #include "proxy/classifier/kinds.h"
-#include "proxy/colormap.h"
-#include "proxy/interval_partition.h"
-#include "proxy/json_object.h"
-#include "proxy/statistics.h"
-#include "proxy/transfer_function.h"
+#include "proxy/transfer/colormap.h"
+#include "proxy/transfer/interval_partition.h"
+#include "proxy/base/json_object.h"
+#include "proxy/transfer/statistics.h"
+#include "proxy/transfer/transfer_function.h"
 
 namespace vestige {
 namespace {

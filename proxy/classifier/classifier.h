@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "proxy/colormap.h"
+#include "proxy/transfer/colormap.h"
 
 namespace vestige {
 

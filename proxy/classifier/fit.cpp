@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "proxy/error.h"
+#include "proxy/base/error.h"
 
 namespace vestige {
 namespace {

@@ -10,8 +10,8 @@
 #include <optional>
 
 #include "proxy/classifier/kinds.h"
-#include "proxy/error.h"
-#include "proxy/json_object.h"
+#include "proxy/base/error.h"
+#include "proxy/base/json_object.h"
 
 namespace vestige {
 namespace {

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "proxy/classifier/kinds.h"
-#include "proxy/json_object.h"
+#include "proxy/base/json_object.h"
 
 namespace vestige {
 namespace {

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "proxy/error.h"
+#include "proxy/base/error.h"
 #include "proxy/gl/context.h"
 #include "proxy/gl/environment.h"
 

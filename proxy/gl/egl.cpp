@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "proxy/error.h"
+#include "proxy/base/error.h"
 #include "proxy/gl/context.h"
 
 namespace vestige::gl {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "proxy/error.h"
+#include "proxy/base/error.h"
 #include "proxy/gl/context.h"
 
 namespace vestige::gl {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "proxy/error.h"
+#include "proxy/base/error.h"
 
 namespace vestige::gl {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <string>
 
-#include "proxy/error.h"
+#include "proxy/base/error.h"
 #include "proxy/gl/context.h"
 
 namespace vestige::gl {

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <optional>
 
-#include "proxy/error.h"
+#include "proxy/base/error.h"
 
 namespace vestige::gl {
 namespace {

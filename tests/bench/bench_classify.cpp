@@ -19,7 +19,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "explorer/metrics.h"
+#include "explorer/picture/metrics.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/classify_cost.h"
 #include "tests/bench/classify_slices.h"

@@ -10,9 +10,9 @@
 #include <limits>
 #include <random>
 
-#include "adaptor/customization_pass.h"
-#include "explorer/grid_painter.h"
-#include "proxy/customization.h"
+#include "adaptor/volume/customization_pass.h"
+#include "explorer/volume/grid_painter.h"
+#include "proxy/customization/customization.h"
 #include "proxy/gl/device.h"
 #include "tests/bench/bench_options.h"
 #include "tests/support/sibson.h"

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "explorer/edit_pass.h"
-#include "explorer/metrics.h"
-#include "explorer/pieces.h"
-#include "proxy/exr_file.h"
-#include "proxy/proxy_layout.h"
+#include "explorer/recomposition/edit_pass.h"
+#include "explorer/picture/metrics.h"
+#include "explorer/recomposition/pieces.h"
+#include "proxy/format/exr/exr_file.h"
+#include "proxy/format/layout/proxy_layout.h"
 #include "tests/bench/bench_run.h"
 #include "tests/support/cpu_renderer.h"
 #include "tests/support/random_transfer_function.h"

@@ -14,12 +14,12 @@
 #include <glm/vector_relational.hpp>
 #include <numbers>
 
-#include "explorer/edit_pass.h"
-#include "explorer/layers.h"
-#include "explorer/picture.h"
+#include "explorer/recomposition/edit_pass.h"
+#include "explorer/layers/layers.h"
+#include "explorer/picture/picture.h"
 #include "proxy/gl/functions.h"
-#include "proxy/parallel.h"
-#include "proxy/proxy_layout.h"
+#include "proxy/base/parallel.h"
+#include "proxy/format/layout/proxy_layout.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/layered_scenes.h"
 

@@ -21,11 +21,11 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "adaptor/feature_march.h"
-#include "explorer/feature_grid.h"
-#include "explorer/feature_recomposition.h"
-#include "explorer/grid_painter.h"
-#include "explorer/metrics.h"
+#include "adaptor/march/feature_march.h"
+#include "explorer/features/feature_grid.h"
+#include "explorer/features/feature_recomposition.h"
+#include "explorer/volume/grid_painter.h"
+#include "explorer/picture/metrics.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/sweep_scenes.h"
 #include "tests/support/classified_renderer.h"

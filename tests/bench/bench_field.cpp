@@ -12,10 +12,10 @@
 #include <glm/trigonometric.hpp>
 #include <map>
 
-#include "explorer/field_source.h"
-#include "explorer/grid_painter.h"
-#include "explorer/metrics.h"
-#include "proxy/exr_file.h"
+#include "explorer/volume/field_source.h"
+#include "explorer/volume/grid_painter.h"
+#include "explorer/picture/metrics.h"
+#include "proxy/format/exr/exr_file.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/sweep_scenes.h"
 #include "tests/support/cpu_renderer.h"

@@ -9,9 +9,9 @@
 #include <glm/trigonometric.hpp>
 #include <map>
 
-#include "explorer/layered_pass.h"
-#include "explorer/metrics.h"
-#include "proxy/exr_file.h"
+#include "explorer/layers/layered_pass.h"
+#include "explorer/picture/metrics.h"
+#include "proxy/format/exr/exr_file.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/layered_scenes.h"
 #include "tests/bench/layered_storage.h"

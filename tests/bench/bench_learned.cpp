@@ -8,11 +8,11 @@
 #include <filesystem>
 #include <random>
 
-#include "adaptor/training_looks.h"
-#include "explorer/metrics.h"
-#include "explorer/renderer.h"
-#include "explorer/training.h"
-#include "proxy/proxy_layout.h"
+#include "adaptor/plan/training_looks.h"
+#include "explorer/picture/metrics.h"
+#include "explorer/renderer/renderer.h"
+#include "explorer/training/training.h"
+#include "proxy/format/layout/proxy_layout.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/layered_scenes.h"
 

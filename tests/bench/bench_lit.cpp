@@ -11,9 +11,9 @@
 #include <glm/trigonometric.hpp>
 #include <nlohmann/json.hpp>
 
-#include "explorer/field_source.h"
-#include "explorer/layer_pass.h"
-#include "proxy/exr_file.h"
+#include "explorer/volume/field_source.h"
+#include "explorer/layers/layer_pass.h"
+#include "proxy/format/exr/exr_file.h"
 #include "proxy/gl/device.h"
 #include "tests/bench/vtk_scene.h"
 #include "tests/support/scenes.h"

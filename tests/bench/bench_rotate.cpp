@@ -11,10 +11,10 @@
 #include <glm/trigonometric.hpp>
 #include <iterator>
 
-#include "explorer/metrics.h"
-#include "explorer/renderer.h"
-#include "proxy/archive.h"
-#include "proxy/proxy_layout.h"
+#include "explorer/picture/metrics.h"
+#include "explorer/renderer/renderer.h"
+#include "proxy/archive/archive.h"
+#include "proxy/format/layout/proxy_layout.h"
 #include "tests/bench/bench_run.h"
 #include "tests/support/cpu_renderer.h"
 

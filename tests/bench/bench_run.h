@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "adaptor/marcher.h"
+#include "adaptor/march/marcher.h"
 #include "proxy/gl/device.h"
 #include "tests/bench/bench_options.h"
 #include "tests/support/scenes.h"

@@ -15,11 +15,11 @@
 #include <glm/trigonometric.hpp>
 #include <map>
 
-#include "explorer/edit_pass.h"
-#include "explorer/metrics.h"
-#include "explorer/stack_grid.h"
-#include "explorer/stack_pieces.h"
-#include "explorer/volume_pass.h"
+#include "explorer/recomposition/edit_pass.h"
+#include "explorer/picture/metrics.h"
+#include "explorer/stacks/stack_grid.h"
+#include "explorer/stacks/stack_pieces.h"
+#include "explorer/volume/volume_pass.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/sweep_scenes.h"
 #include "tests/support/cpu_renderer.h"

@@ -30,8 +30,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "adaptor/vestige.h"
-#include "explorer/renderer.h"
+#include "adaptor/include/vestige.h"
+#include "explorer/renderer/renderer.h"
 #include "tests/bench/vtk_scene.h"
 #include "tests/support/random_transfer_function.h"
 #include "tests/support/scenes.h"

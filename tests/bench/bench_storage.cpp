@@ -6,9 +6,9 @@
 // usage: bench_storage --seeds A..B LINE...   (nothing is random)
 #include <cstdio>
 
-#include "adaptor/stopwatch.h"
-#include "proxy/archive.h"
-#include "proxy/proxy_layout.h"
+#include "adaptor/common/stopwatch.h"
+#include "proxy/archive/archive.h"
+#include "proxy/format/layout/proxy_layout.h"
 #include "tests/bench/bench_run.h"
 
 namespace vestige::test {

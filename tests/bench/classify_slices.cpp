@@ -7,8 +7,8 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-#include "explorer/gpu.h"
-#include "proxy/parallel.h"
+#include "explorer/gpu/gpu.h"
+#include "proxy/base/parallel.h"
 
 namespace vestige::test {
 namespace {

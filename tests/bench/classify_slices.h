@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "explorer/picture.h"
-#include "proxy/camera.h"
+#include "explorer/picture/picture.h"
+#include "proxy/camera/camera.h"
 #include "proxy/classifier/classifier.h"
 #include "proxy/gl/device.h"
 #include "tests/support/scenes.h"

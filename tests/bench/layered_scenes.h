@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "adaptor/march_types.h"
+#include "adaptor/compositing/march_types.h"
 #include "tests/support/scenes.h"
 
 namespace vestige::test {

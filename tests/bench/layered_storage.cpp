@@ -14,7 +14,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "proxy/proxy_layout.h"
+#include "proxy/format/layout/proxy_layout.h"
 
 namespace vestige::test {
 namespace {

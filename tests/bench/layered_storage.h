@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "proxy/layered_layout.h"
+#include "proxy/format/layout/layered_layout.h"
 
 namespace vestige::test {
 

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "proxy/camera.h"
-#include "proxy/transfer_function.h"
+#include "proxy/camera/camera.h"
+#include "proxy/transfer/transfer_function.h"
 #include "tests/support/scenes.h"
 
 namespace vestige::test {

@@ -7,7 +7,7 @@
 #include <sstream>
 #include <thread>
 
-#include "proxy/archive.h"
+#include "proxy/archive/archive.h"
 #include "tests/e2e/program.h"
 #include "tests/e2e/scratch.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cstdlib>
 
-#include "proxy/archive.h"
+#include "proxy/archive/archive.h"
 #include "tests/e2e/program.h"
 #include "tests/e2e/scratch.h"
 

@@ -8,7 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "proxy/view_set.h"
+#include "proxy/camera/view_set.h"
 
 namespace vestige::synthetic {
 namespace {

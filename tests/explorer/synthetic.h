@@ -5,9 +5,9 @@
 #include <functional>
 #include <vector>
 
-#include "explorer/edit_pass.h"
-#include "proxy/archive.h"
-#include "proxy/proxy_image.h"
+#include "explorer/recomposition/edit_pass.h"
+#include "proxy/archive/archive.h"
+#include "proxy/format/image/proxy_image.h"
 
 namespace vestige::synthetic {
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "proxy/proxy_layout.h"
+#include "proxy/format/layout/proxy_layout.h"
 #include "tests/support/ray_walk.h"
 
 namespace vestige::test {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "explorer/picture.h"
+#include "explorer/picture/picture.h"
 #include "tests/support/cpu_renderer.h"
 
 namespace vestige::test {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "tests/adaptor/march_scene.h"
+#include "tests/adaptor/march/march_scene.h"
 #include "tests/support/cpu_renderer.h"
 #include "tests/support/scenes.h"
 

@@ -9,9 +9,9 @@
 #include <functional>
 #include <map>
 
-#include "explorer/renderer.h"
+#include "explorer/renderer/renderer.h"
 #include "proxy/gl/device.h"
-#include "tests/adaptor/simulation.h"
+#include "tests/adaptor/api/simulation.h"
 
 namespace vestige::test {
 namespace {

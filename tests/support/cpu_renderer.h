@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "adaptor/march_types.h"
-#include "proxy/camera.h"
-#include "proxy/interval_partition.h"
-#include "proxy/transfer_function.h"
+#include "adaptor/compositing/march_types.h"
+#include "proxy/camera/camera.h"
+#include "proxy/transfer/interval_partition.h"
+#include "proxy/transfer/transfer_function.h"
 #include "tests/support/scenes.h"
 
 // The project's truth: rays through a raw field, front to back, in double precision on all cores,

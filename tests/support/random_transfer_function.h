@@ -5,9 +5,9 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "proxy/box.h"
-#include "proxy/interval_partition.h"
-#include "proxy/transfer_function.h"
+#include "proxy/camera/box.h"
+#include "proxy/transfer/interval_partition.h"
+#include "proxy/transfer/transfer_function.h"
 
 namespace vestige::test {
 

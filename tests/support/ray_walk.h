@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "proxy/camera.h"
-#include "proxy/interval_partition.h"
+#include "proxy/camera/camera.h"
+#include "proxy/transfer/interval_partition.h"
 #include "tests/support/scenes.h"
 
 namespace vestige::test {

@@ -9,7 +9,7 @@
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
 
-#include "proxy/error.h"
+#include "proxy/base/error.h"
 #include "tests/support/plume_scene.h"
 #include "tests/support/turbulence.h"
 

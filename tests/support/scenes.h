@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "adaptor/march_types.h"
-#include "proxy/box.h"
+#include "adaptor/compositing/march_types.h"
+#include "proxy/camera/box.h"
 
 namespace vestige::test {
 

@@ -13,7 +13,7 @@
 #include <random>
 #include <utility>
 
-#include "proxy/natural_neighbours.h"
+#include "proxy/customization/natural_neighbours.h"
 
 namespace vestige::test {
 namespace {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <numeric>
 
-#include "proxy/error.h"
+#include "proxy/base/error.h"
 #include "tests/support/cpu_renderer.h"
 #include "tests/support/random_transfer_function.h"
 #include "tests/support/scenes.h"

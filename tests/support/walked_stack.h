@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "proxy/sliced_stack.h"
+#include "proxy/format/layout/sliced_stack.h"
 #include "tests/support/scenes.h"
 
 namespace vestige::test {

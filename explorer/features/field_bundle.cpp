@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "explorer/features/field_bundle.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "explorer/recomposition/decode.h"
+#include "explorer/volume/field_source.h"
+#include "explorer/volume/known_mean.h"
+#include "explorer/stacks/stack_source.h"
+#include "proxy/base/error.h"
+#include "proxy/base/parallel.h"
+
+namespace vestige {
+namespace {
+
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+
+/// One field on its own grid.
+struct Samples {
+  glm::ivec3 size{0};
+  glm::dmat4 worldFromGrid{1.0};
+  glm::dvec3 low{0.0}, high{1.0};
+  std::vector<float> values;  ///< normalised by its domain
+  FieldDomain domain;
+  Box box;
+  std::string note;
+};
+
+FieldDomain domainOf(const ProxyHeader& header) {
+  const FieldStatistics& statistics = header.statistics;
+  return fieldDomain(header.partition
+                         ? *header.partition
+                         : IntervalPartition::uniform(statistics.low, statistics.high, 1),
+                     statistics);
+}
+
+/// values * unit + zero, normalised by the domain.
+void normalise(std::vector<float>& values, double unit, double zero, const FieldDomain& domain) {
+  const double factor = unit / domain.range(), shift = (zero - domain.low) / domain.range();
+  parallelRanges(int(values.size()), [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      float& value = values[std::size_t(i)];
+      value = float(double(value) * factor + shift);
+    }
+  });
+}
+
+Samples storedField(const Archive& archive, const ArchiveRow& row) {
+  PlacedField placed = evenlyPlacedField(readImage(archive.open(row)));
+  Samples samples{placed.size,
+                  placed.worldFromGrid,
+                  placed.low,
+                  placed.high,
+                  std::move(placed.values),
+                  domainOf(placed.header),
+                  placed.header.domain,
+                  "'" + placed.header.field + "' as stored"};
+  normalise(samples.values, placed.valueUnit, placed.valueZero, samples.domain);
+  return samples;
+}
+
+Samples fromStacks(const Archive& archive, long cycle, const std::string& field) {
+  std::vector<ProxyHeader> headers;
+  StackSamples fused = samplesOfStacks(archive, cycle, field, headers);
+  const ProxyHeader& header = headers.front();
+  Samples samples{fused.size,
+                  fused.worldFromGrid,
+                  glm::dvec3(0.0),
+                  glm::dvec3(1.0),
+                  std::move(fused.values),
+                  domainOf(header),
+                  header.domain,
+                  fmt::format("'{}' from {} {}", field, headers.size(),
+                              headers.size() == 1 ? "stack" : "stacks")};
+  normalise(samples.values, fused.unit, fused.zero, samples.domain);
+  return samples;
+}
+
+Samples samplesOf(const Archive& archive, long cycle, const std::string& field) {
+  if (const ArchiveRow* row = archive.find(cycle, kFieldView, field, kind::kField)) {
+    return storedField(archive, *row);
+  }
+  if (!StackSource::viewsOf(archive, cycle, field).empty()) {
+    return fromStacks(archive, cycle, field);
+  }
+  throw Error(ErrorCode::NotFound,
+              fmt::format("a classifier wants field '{}', of which cycle {} has neither the field "
+                          "nor stacks",
+                          field, cycle));
+}
+
+/// Calls add(index, weight) for the samples around a place in cells, centres at whole numbers,
+/// clamped at the outermost ones; those that do not weigh are left out.
+template <typename Add>
+void forCorners(glm::ivec3 size, const glm::dvec3& cell, const Add& add) {
+  glm::ivec3 first;
+  glm::dvec3 t;
+  for (int a = 0; a < 3; ++a) {
+    const double v = std::clamp(cell[a], 0.0, double(size[a] - 1));
+    first[a] = std::min(int(v), std::max(size[a] - 2, 0));
+    t[a] = v - first[a];
+    // Rounding of places must not reach for a sample without data.
+    if (t[a] < 1e-6) t[a] = 0.0;
+  }
+  for (int corner = 0; corner < 8; ++corner) {
+    double weight = 1.0;
+    glm::ivec3 at = first;
+    for (int a = 0; a < 3; ++a) {
+      const bool up = corner >> a & 1;
+      weight *= up ? t[a] : 1.0 - t[a];
+      at[a] += up;
+    }
+    if (!(weight > 0.0)) continue;
+    add((std::size_t(at.z) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.x) +
+            std::size_t(at.x),
+        weight);
+  }
+}
+
+/// Trilinear, clamped at the outermost centres, between samples with data, which weigh by their
+/// shares: NaN where the nearest sample has none (method §1). `value(index)`.
+template <typename Value>
+double interpolated(glm::ivec3 size, const glm::dvec3& cell, const Value& value) {
+  KnownMean mean;
+  forCorners(size, cell, [&](std::size_t i, double weight) { mean.add(value(i), weight); });
+  return mean.value();
+}
+
+class Interpolator {
+ public:
+  Interpolator(const Samples& from, const Samples& to) : from_(from) {
+    const glm::dmat4 m = glm::inverse(from.worldFromGrid) * to.worldFromGrid;
+    const auto cell = [&](glm::dvec3 at) {
+      return glm::dvec3(m * glm::dvec4((at + 0.5) / glm::dvec3(to.size), 1.0)) *
+                 glm::dvec3(from.size) -
+             0.5;
+    };
+    start_ = cell({0, 0, 0});
+    for (int a = 0; a < 3; ++a) {
+      glm::dvec3 step(0.0);
+      step[a] = 1.0;
+      way_[a] = cell(step) - start_;
+    }
+  }
+
+  float at(int x, int y, int z) const {
+    const glm::dvec3 cell =
+        start_ + double(x) * way_[0] + double(y) * way_[1] + double(z) * way_[2];
+    return float(
+        interpolated(from_.size, cell, [&](std::size_t i) { return double(from_.values[i]); }));
+  }
+
+ private:
+  const Samples& from_;
+  glm::dvec3 start_{0.0}, way_[3];
+};
+
+bool sameGrid(const Samples& a, const Samples& b) {
+  return a.size == b.size && a.worldFromGrid == b.worldFromGrid;
+}
+
+}  // namespace
+
+FieldBundle::FieldBundle(const Archive& archive, long cycle, std::vector<std::string> names)
+    : fields(std::move(names)), lengthUnit(archive.lengthUnit()) {
+  Samples first;
+  for (std::size_t j = 0; j < fields.size(); ++j) {
+    Samples samples = samplesOf(archive, cycle, fields[j]);
+    domains.push_back(samples.domain);
+    note += (j ? ", " : "") + samples.note;
+    if (j == 0) {
+      first = samples;
+      values.assign(4 * first.values.size(), 0.0f);
+    }
+    const bool same = sameGrid(first, samples);
+    const Interpolator interpolate(samples, first);
+    const auto nx = std::size_t(first.size.x), ny = std::size_t(first.size.y);
+    parallelRanges(first.size.z, [&](int begin, int end) {
+      for (int z = begin; z < end; ++z) {
+        for (std::size_t y = 0; y < ny; ++y) {
+          for (std::size_t x = 0; x < nx; ++x) {
+            const std::size_t i = (std::size_t(z) * ny + y) * nx + x;
+            values[4 * i + j] = same ? samples.values[i] : interpolate.at(int(x), int(y), z);
+          }
+        }
+      }
+    });
+    if (j == 0) first.values.clear();
+  }
+  size = first.size;
+  worldFromGrid = first.worldFromGrid;
+  low = first.low;
+  high = first.high;
+  domain = first.box;
+  for (std::size_t i = 0; i < values.size(); i += 4) {
+    bool known = true;
+    for (std::size_t j = 0; j < fields.size(); ++j) known = known && std::isfinite(values[i + j]);
+    if (!known) std::fill_n(values.begin() + std::ptrdiff_t(i), 4, kNone);
+  }
+}
+
+FieldSample FieldBundle::sample(const glm::dvec3& world) const {
+  FieldSample sample;
+  sample.values.fill(std::numeric_limits<double>::quiet_NaN());
+  for (int a = 0; a < 3; ++a) {
+    if (!(world[a] >= domain.low[a] && world[a] <= domain.high[a])) return sample;
+  }
+  const glm::dvec3 grid(glm::inverse(worldFromGrid) * glm::dvec4(world, 1.0));
+  sample.values.fill(0.0);
+  for (std::size_t j = 0; j < fields.size(); ++j) {
+    sample.values[j] = interpolated(size, grid * glm::dvec3(size) - 0.5, [&](std::size_t i) {
+      return domains[j].low + double(values[4 * i + j]) * domains[j].range();
+    });
+  }
+  return sample;
+}
+
+std::vector<float> FieldBundle::gradients() const {
+  std::vector<float> norms(values.size() / 4);
+  const glm::dmat3 cellFromWorld = [&] {
+    glm::dmat3 m = glm::inverse(glm::dmat3(worldFromGrid));
+    for (int column = 0; column < 3; ++column) {
+      for (int row = 0; row < 3; ++row) m[column][row] *= double(size[row]);
+    }
+    return m;
+  }();
+  const glm::dmat3 worldFromSlope = glm::transpose(cellFromWorld);
+  const std::array<std::size_t, 3> stride{1, std::size_t(size.x),
+                                          std::size_t(size.x) * std::size_t(size.y)};
+  parallelRanges(size.z, [&](int begin, int end) {
+    for (int z = begin; z < end; ++z) {
+      for (int y = 0; y < size.y; ++y) {
+        for (int x = 0; x < size.x; ++x) {
+          const glm::ivec3 at(x, y, z);
+          const std::size_t i =
+              std::size_t(z) * stride[2] + std::size_t(y) * stride[1] + std::size_t(x);
+          if (std::isnan(values[4 * i])) {
+            norms[i] = kNone;
+            continue;
+          }
+          double squares = 0.0;
+          for (std::size_t j = 0; j < fields.size(); ++j) {
+            glm::dvec3 slope(0.0);
+            for (int a = 0; a < 3; ++a) {
+              const auto s = stride[std::size_t(a)];
+              std::size_t before = at[a] > 0 ? i - s : i;
+              std::size_t after = at[a] + 1 < size[a] ? i + s : i;
+              if (std::isnan(values[4 * before])) before = i;
+              if (std::isnan(values[4 * after])) after = i;
+              if (before == after) continue;
+              slope[a] = (double(values[4 * after + j]) - double(values[4 * before + j])) /
+                         double((after - before) / s);
+            }
+            const glm::dvec3 gradient = worldFromSlope * slope;
+            squares += glm::dot(gradient, gradient);
+          }
+          norms[i] = float(std::sqrt(squares) / lengthUnit);
+        }
+      }
+    }
+  });
+  return norms;
+}
+
+}  // namespace vestige

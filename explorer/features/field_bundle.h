@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+#include "proxy/archive/archive.h"
+#include "proxy/camera/box.h"
+#include "proxy/classifier/classifier.h"
+
+namespace vestige {
+
+/// One to four fields of a step on one grid, as classifiers want them: of each the stored field,
+/// or else what its stacks say of it (StackSamples). The grid is the first field's; the others are
+/// interpolated on it.
+struct FieldBundle {
+  std::vector<std::string> fields;
+  std::vector<FieldDomain> domains;  ///< [field]
+  glm::ivec3 size{0};
+  glm::dmat4 worldFromGrid{1.0};  ///< as LookGrid
+  glm::dvec3 low{0.0}, high{1.0};
+  Box domain;
+  double lengthUnit = 1.0;    ///< Archive::lengthUnit
+  std::vector<float> values;  ///< [cell][4] (v - low) / (high - low) of the domains; NaN = no data
+                              ///< in one of the fields, in all four places
+  std::string note;           ///< which proxies they come from, a sentence
+
+  /// Throws NotFound naming a field of which the step stores neither.
+  FieldBundle(const Archive& archive, long cycle, std::vector<std::string> names);
+
+  /// The fields at a point, trilinear, in their own units, without gradient; NaN where one has no
+  /// data or the point lies outside of the domain.
+  FieldSample sample(const glm::dvec3& world) const;
+  /// [cell] FieldSample::gradient: 1 / world unit, whatever the archive's unit of length:
+  /// central differences, one-sided at the border and beside cells
+  /// without data (method §1); NaN where there are none.
+  std::vector<float> gradients() const;
+};
+
+}  // namespace vestige

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "proxy/archive/archive.h"
+
+namespace vestige {
+
+/// What the run customised by position at the last step: [{"field", "proxies": names, "seeds": how
+/// many are enabled, "customization": as looks have it}].
+nlohmann::json customInfo(const Archive& archive);
+/// A line each for people.
+std::string customText(const nlohmann::json& info);
+
+}  // namespace vestige

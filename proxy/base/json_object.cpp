@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "proxy/base/json_object.h"
+
+#include <algorithm>
+
+#include "proxy/base/nearest_word.h"
+
+namespace vestige {
+
+nlohmann::json parseJson(std::string_view text) try {
+  return nlohmann::json::parse(
+      text.begin(), text.end(), [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) {
+        if (depth <= kMostJsonLevels) return true;
+        throw Error(ErrorCode::Format,
+                    "JSON is nested deeper than " + std::to_string(kMostJsonLevels) + " levels");
+      });
+} catch (const nlohmann::json::out_of_range& error) {
+  throw Error(ErrorCode::Format, std::string("JSON holds a number out of range: ") + error.what());
+}
+
+JsonObject::JsonObject(const nlohmann::json& json, std::string path, std::string owner)
+    : json_(json), path_(std::move(path)), owner_(std::move(owner)) {
+  if (json.is_object()) return;
+  const std::string reason = "must be a JSON object, not " + json.dump();
+  if (path_.empty()) throw Error(ErrorCode::Config, "a " + owner_ + " " + reason);
+  throw KeyError(owner_, path_, reason);
+}
+
+const nlohmann::json* JsonObject::find(const char* key) {
+  if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.emplace_back(key);
+  const auto found = json_.find(key);
+  return found == json_.end() ? nullptr : &*found;
+}
+
+void JsonObject::read(const char* key, double& value) {
+  const nlohmann::json* found = find(key);
+  if (!found) return;
+  if (!found->is_number()) fail(key, "must be a number, not " + found->dump());
+  value = found->get<double>();
+}
+
+void JsonObject::read(const char* key, bool& value) {
+  const nlohmann::json* found = find(key);
+  if (!found) return;
+  if (!found->is_boolean()) fail(key, "must be true or false, not " + found->dump());
+  value = found->get<bool>();
+}
+
+void JsonObject::read(const char* key, std::string& value) {
+  const nlohmann::json* found = find(key);
+  if (!found) return;
+  if (!found->is_string()) fail(key, "must be a string, not " + found->dump());
+  value = found->get<std::string>();
+}
+
+void JsonObject::read(const char* key, std::vector<double>& value) {
+  const nlohmann::json* found = find(key);
+  if (!found) return;
+  const bool numbers =
+      found->is_array() &&
+      std::all_of(found->begin(), found->end(), [](const auto& v) { return v.is_number(); });
+  if (!numbers) fail(key, "must be a list of numbers, not " + found->dump());
+  value = found->get<std::vector<double>>();
+}
+
+std::vector<JsonObject> JsonObject::list(const char* key) {
+  std::vector<JsonObject> objects;
+  const nlohmann::json* found = find(key);
+  if (!found) return objects;
+  if (!found->is_array()) fail(key, "must be a list, not " + found->dump());
+  for (const auto& element : *found) {
+    objects.emplace_back(element, pathOf(key) + "[" + std::to_string(objects.size()) + "]", owner_);
+  }
+  return objects;
+}
+
+void JsonObject::finish() const {
+  for (const auto& [key, value] : json_.items()) {
+    if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
+    std::string choices;
+    for (const std::string& known : known_) choices += (choices.empty() ? "" : ", ") + known;
+    fail(key, "is not known here" + didYouMean(key, known_) + "; known: " + choices);
+  }
+}
+
+void JsonObject::fail(const std::string& key, const std::string& reason) const {
+  throw KeyError(owner_, pathOf(key), reason);
+}
+
+std::string JsonObject::pathOf(const std::string& key) const {
+  return path_.empty() ? key : path_ + "." + key;
+}
+
+}  // namespace vestige

@@ -34,8 +34,12 @@ else()
   set(VESTIGE_PC_LIBS "-lvestige_adaptor")
 endif()
 vestige_install(proxy vestige_proxy vestige_gl)
-vestige_install(explorer vestige_explorer)
-foreach(component IN ITEMS adaptor proxy explorer)
+set(VESTIGE_COMPONENTS adaptor proxy)
+if(VESTIGE_EXPLORER)
+  vestige_install(explorer vestige_explorer)
+  list(APPEND VESTIGE_COMPONENTS explorer)
+endif()
+foreach(component IN LISTS VESTIGE_COMPONENTS)
   install(EXPORT vestige-${component} NAMESPACE vestige:: DESTINATION "${VESTIGE_PACKAGE_DIR}"
           COMPONENT ${component})
 endforeach()
@@ -45,13 +49,46 @@ foreach(program IN ITEMS vestige-explorer vestige-mini-sim vestige-replay)
   endif()
 endforeach()
 
+# What others may include; tests/consumer compiles each of them alone.
 install(FILES adaptor/include/vestige.h adaptor/include/vestige.hpp adaptor/include/vestige_vtk.h
         DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT adaptor)
-foreach(folder IN ITEMS proxy explorer)
-  install(DIRECTORY ${folder}/ DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/vestige/${folder}"
-          COMPONENT ${folder} FILES_MATCHING PATTERN "*.h" PATTERN "shaders" EXCLUDE
-          PATTERN "web" EXCLUDE)
-endforeach()
+set(VESTIGE_PROXY_HEADERS
+  proxy/archive/archive.h
+  proxy/base/error.h
+  proxy/camera/box.h
+  proxy/camera/camera.h
+  proxy/camera/raster.h
+  proxy/classifier/classifier.h
+  proxy/customization/customization.h
+  proxy/customization/natural_neighbours.h
+  proxy/format/exr/exr_file.h
+  proxy/format/image/feature_origin.h
+  proxy/format/image/field_grid.h
+  proxy/format/image/learned_origin.h
+  proxy/format/image/proxy_image.h
+  proxy/format/layout/feature_layout.h
+  proxy/format/layout/sliced_stack.h
+  proxy/gl/device.h
+  proxy/transfer/colormap.h
+  proxy/transfer/interval_partition.h
+  proxy/transfer/statistics.h
+  proxy/transfer/transfer_function.h)
+set(VESTIGE_EXPLORER_HEADERS
+  explorer/picture/look.h
+  explorer/picture/picture.h
+  explorer/picture/trust.h
+  explorer/renderer/renderer.h)
+function(vestige_install_headers component)
+  foreach(header IN LISTS ARGN)
+    get_filename_component(folder "${header}" DIRECTORY)
+    install(FILES "${header}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/vestige/${folder}"
+            COMPONENT ${component})
+  endforeach()
+endfunction()
+vestige_install_headers(proxy ${VESTIGE_PROXY_HEADERS})
+if(VESTIGE_EXPLORER)
+  vestige_install_headers(explorer ${VESTIGE_EXPLORER_HEADERS})
+endif()
 install(FILES "${PROJECT_BINARY_DIR}/generated/proxy/version.h"
         DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/vestige/proxy" COMPONENT proxy)
 
@@ -63,10 +100,11 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/vestigeConfigVersion.cma
 file(RELATIVE_PATH VESTIGE_PC_PREFIX "/p/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/p")
 configure_file(cmake/vestige.pc.in "${PROJECT_BINARY_DIR}/vestige.pc" @ONLY)
 # A part of every component: whichever is installed can be found.
-foreach(component IN ITEMS adaptor proxy explorer)
+foreach(component IN LISTS VESTIGE_COMPONENTS)
   install(FILES "${PROJECT_BINARY_DIR}/vestigeConfig.cmake"
                 "${PROJECT_BINARY_DIR}/vestigeConfigVersion.cmake"
           DESTINATION "${VESTIGE_PACKAGE_DIR}" COMPONENT ${component})
 endforeach()
 install(FILES "${PROJECT_BINARY_DIR}/vestige.pc"
         DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT adaptor)
+install(FILES LICENSE DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT adaptor)

@@ -31,6 +31,33 @@ if(VESTIGE_SANITIZE)
   target_link_options(vestige_flags INTERFACE -fsanitize=${VESTIGE_SANITIZE})
 endif()
 
+# vestige_hot(FILE...): touch every sample, pixel or segment, so they are optimised in every build
+# type, if less under sanitizers, where -O3 takes the compiler ten times as long.
+function(vestige_hot)
+  set(level -O3)
+  if(VESTIGE_SANITIZE)
+    set(level -O1)
+  endif()
+  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS ${level}
+                                                 SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()
+
+# vestige_unity(TARGET): with VESTIGE_UNITY, the sources of each folder are compiled as one, which
+# halves the time that a build from nothing takes.
+option(VESTIGE_UNITY "Compile each folder of sources as one" OFF)
+function(vestige_unity target)
+  if(NOT VESTIGE_UNITY)
+    return()
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  get_target_property(sources ${target} SOURCES)
+  foreach(source IN LISTS sources)
+    get_filename_component(folder "${source}" DIRECTORY)
+    string(MAKE_C_IDENTIFIER "in_${folder}" group)
+    set_property(SOURCE "${source}" PROPERTY UNITY_GROUP ${group})
+  endforeach()
+endfunction()
+
 # vestige_embed(TARGET FILE...): each FILE (relative to the current source directory) becomes
 # `extern const std::string_view vestige::embedded::NAME;` declared in the generated header
 # "NAME.embed.h", where NAME is the file's name with every character outside [A-Za-z0-9] as '_'.

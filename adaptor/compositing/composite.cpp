@@ -10,8 +10,6 @@
 namespace vestige {
 namespace {
 
-constexpr std::uint8_t kMiss = 255;
-
 void requireSamePlanes(const RayImage& a, const RayImage& b) {
   const bool same =
       a.size == b.size && a.channels == b.channels && a.entry.size() == b.entry.size() &&

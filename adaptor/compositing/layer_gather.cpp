@@ -6,11 +6,7 @@
 #include <limits>
 
 namespace vestige {
-namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-}  // namespace
+namespace {}  // namespace
 
 LightDepth::LightDepth(const Box& domain, glm::dvec3 direction)
     : depth(std::size_t(kSlices) * kSize.pixels()) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -52,6 +53,10 @@ struct MarchRequest {
   std::shared_ptr<const CustomVolume> custom{};
 };
 
+/// Depths of rays that meet nothing, and their channel.
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+inline constexpr std::uint8_t kMiss = 255;
+
 /// What the rays of a view gathered in a block, or in several after compositing. Planes are
 /// [channel][pixel], pixels row by row from the top; vectors of what was not requested are empty.
 struct RayImage {
@@ -63,7 +68,7 @@ struct RayImage {
   std::vector<float> length;         ///< [channels] ∫ 1[f∈I_k] ds, world
   std::vector<float> moment;         ///< [channels] ∫ Z 1[f∈I_k] ds / lengthUnitFor(domain)
   std::vector<float> runs;           ///< [channels] separate runs
-  std::vector<std::uint8_t> first, last;  ///< [1] channel of the first and last run; 255 = miss
+  std::vector<std::uint8_t> first, last;  ///< [1] channel of the first and last run; kMiss = none
   std::vector<float> depth;               ///< [layers] planar Z of the first crossing, or +inf
   std::vector<float> normal;              ///< [layers * 3] unit, eye space, turned to the viewer
   std::vector<float> mip;                 ///< [1] largest value, held as mipScale says; NaN = none

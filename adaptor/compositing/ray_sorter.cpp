@@ -11,9 +11,6 @@
 namespace vestige {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr std::uint8_t kMiss = 255;
-
 /// Calls use(plane vector, value that stands for a miss) for every vector of planes.
 void forPlanes(auto& image, const auto& use) {
   use(image.entry, kInfinity);

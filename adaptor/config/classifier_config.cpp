@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kOwner = "classifier";
+constexpr const char* kClassifierOwner = "classifier";
 
 glm::dvec3 readCorner(JsonObject& object, const char* key) {
   std::vector<double> numbers;
@@ -33,7 +33,7 @@ std::vector<PrimitiveFit> takeFits(json& classifier) {
     json& primitive = (*primitives)[i];
     if (!primitive.is_object() || !primitive.contains("fit")) continue;
     const std::string path = fmt::format("primitives[{}]", i);
-    JsonObject object(primitive["fit"], path + ".fit", kOwner);
+    JsonObject object(primitive["fit"], path + ".fit", kClassifierOwner);
     PrimitiveFit fit{i, {readCorner(object, "low"), readCorner(object, "high")}};
     for (int axis = 0; axis < 3; ++axis) {
       if (fit.region.low[axis] > fit.region.high[axis]) {
@@ -45,7 +45,8 @@ std::vector<PrimitiveFit> takeFits(json& classifier) {
     object.finish();
     for (const char* key : {"center", "width", "matrix", "thickness"}) {
       if (primitive.contains(key)) {
-        throw KeyError(kOwner, path + "." + key, "is given, and fit, which finds it, as well");
+        throw KeyError(kClassifierOwner, path + "." + key,
+                       "is given, and fit, which finds it, as well");
       }
     }
     primitive.erase("fit");
@@ -57,7 +58,7 @@ std::vector<PrimitiveFit> takeFits(json& classifier) {
 }  // namespace
 
 bool ClassifierConfig::sameShape(const Classifier& other) const {
-  const auto own = classifierFromJson(json, "", kOwner);
+  const auto own = classifierFromJson(json, "", kClassifierOwner);
   return own->kind() == other.kind() && own->fields() == other.fields() &&
          own->channels() == other.channels();
 }
@@ -67,17 +68,18 @@ ClassifierConfig readClassifier(const ConfigReader& reader) {
   config.json = reader.json();
   reader.atKeyLines([&] {
     if (const auto name = config.json.find("name"); name != config.json.end()) {
-      if (!name->is_string()) throw KeyError(kOwner, "name", "must be a text, not " + name->dump());
+      if (!name->is_string())
+        throw KeyError(kClassifierOwner, "name", "must be a text, not " + name->dump());
       config.name = name->get<std::string>();
       config.json.erase("name");
     }
     config.fits = takeFits(config.json);
-    const auto classifier = classifierFromJson(config.json, "", kOwner);
+    const auto classifier = classifierFromJson(config.json, "", kClassifierOwner);
     if (!config.fits.empty() && classifier->kind() != "gaussian") {
-      throw KeyError(kOwner, "primitives", "are fitted for kind \"gaussian\" only");
+      throw KeyError(kClassifierOwner, "primitives", "are fitted for kind \"gaussian\" only");
     }
     if (classifier->channels().empty()) {
-      throw KeyError(kOwner, "kind",
+      throw KeyError(kClassifierOwner, "kind",
                      fmt::format("\"{}\" has no features that rays could gather; [image] proxies "
                                  "has \"mip\"",
                                  classifier->kind()));

@@ -10,11 +10,11 @@
 namespace vestige {
 namespace {
 
-constexpr const char* kOwner = "customization";
+constexpr const char* kCustomizationOwner = "customization";
 
 void refuseBlending(const SeedParameters& parameters, const std::string& path) {
   if (!parameters.function) return;
-  throw KeyError(kOwner, path + "function",
+  throw KeyError(kCustomizationOwner, path + "function",
                  "is for looks: a run marches its base function alone, so only opacity, gamma and "
                  "shift depend on the place");
 }
@@ -25,7 +25,7 @@ Customization readCustomization(const ConfigReader& reader) {
   Customization customization;
   reader.atKeyLines([&] {
     const nlohmann::json json = reader.json();
-    customization = customizationFromJson(json, "", kOwner);
+    customization = customizationFromJson(json, "", kCustomizationOwner);
     for (std::size_t i = 0; i < customization.seeds.size(); ++i)
       refuseBlending(customization.seeds[i].parameters, fmt::format("seeds[{}].", i));
     const bool each = json.contains("corners") && json["corners"].is_array();

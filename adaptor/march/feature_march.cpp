@@ -11,11 +11,11 @@
 #include <string>
 #include <utility>
 
+#include "adaptor/common/stopwatch.h"
+#include "adaptor/march/march_pass.h"
+#include "adaptor/march/tile_plan.h"
 #include "adaptor/volume/block_volume.h"
 #include "adaptor/volume/feature_bricks.h"
-#include "adaptor/march/march_pass.h"
-#include "adaptor/common/stopwatch.h"
-#include "adaptor/march/tile_plan.h"
 #include "feature_march_glsl.embed.h"
 #include "march_field_glsl.embed.h"
 #include "proxy/base/error.h"
@@ -25,8 +25,7 @@
 namespace vestige {
 namespace {
 
-constexpr std::size_t kBandBytes = 16u << 20;  ///< of the planes of a band of rows
-constexpr int kFlatPlanes = 3;                 ///< entry, exit, 1 - T
+constexpr int kFlatPlanes = 3;  ///< entry, exit, 1 - T
 
 /// Texture units of the fields, after those of the march.
 constexpr int kFieldsUnit = kNodesUnit + 3;
@@ -150,11 +149,9 @@ void FeatureMarcher::Impl::setUniforms(const gl::Program& program, const Feature
 
 void FeatureMarcher::Impl::marchBands(const TilePass& pass, ImageSize size, std::size_t planeCount,
                                       const TakeBand& take) {
-  constexpr int kTile = TilePlan::kTile;
   const gl::Functions& f = gl::functions();
   const std::size_t rowBytes = planeCount * std::size_t(size.width) * sizeof(float);
-  const int fitting = int(std::max<std::size_t>(1, kBandBytes / rowBytes / kTile)) * kTile;
-  const int rows = std::min(fitting, (size.height + kTile - 1) / kTile * kTile);
+  const int rows = TilePlan::bandRows(size.height, rowBytes);
   if (!planes) planes.emplace();
   f.BindBuffer(GL_SHADER_STORAGE_BUFFER, planes->id());
   f.BufferData(GL_SHADER_STORAGE_BUFFER, GLsizeiptr(rowBytes * std::size_t(rows)), nullptr,
@@ -241,7 +238,6 @@ RayImage FeatureMarcher::march(const FeatureRequest& request) {
   checkFeatures(request, impl_->volumes.size());
   checkRequest(marchRequestOf(request));
   impl_->times.march = impl_->times.readBack = 0.0;
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const std::size_t pixels = request.size.pixels();
   const std::size_t channels = request.classifier->channels().size();
   RayImage image;

@@ -17,9 +17,6 @@
 namespace vestige {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr int kTile = TilePlan::kTile;
-constexpr std::size_t kBandBytes = 16u << 20;  ///< of the planes of a band of rows
 constexpr int kLightUnit = kNodesUnit + 3;
 /// Share of a ray's opacity in front of its first boundary, and behind its last: wisps that would
 /// stretch the outermost layers over empty space.
@@ -72,8 +69,7 @@ void marchBands(const gl::Program& program, const std::vector<glm::vec4>& tiles,
   const TilePass pass(program, tiles);
   const gl::Buffer planes;
   const std::size_t rowBytes = planeCount * std::size_t(size.width) * sizeof(float);
-  const int fitting = int(std::max<std::size_t>(1, kBandBytes / rowBytes / kTile)) * kTile;
-  const int rows = std::min(fitting, (size.height + kTile - 1) / kTile * kTile);
+  const int rows = TilePlan::bandRows(size.height, rowBytes);
   f.BindBuffer(GL_SHADER_STORAGE_BUFFER, planes.id());
   f.BufferData(GL_SHADER_STORAGE_BUFFER, GLsizeiptr(rowBytes * std::size_t(rows)), nullptr,
                GL_STREAM_READ);

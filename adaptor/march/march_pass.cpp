@@ -7,13 +7,11 @@
 
 #include "adaptor/march/tile_plan.h"
 #include "proxy/base/error.h"
-#include "proxy/gl/functions.h"
 #include "proxy/format/image/length_unit.h"
+#include "proxy/gl/functions.h"
 
 namespace vestige {
 namespace {
-
-constexpr int kTile = TilePlan::kTile;
 
 /// Where hardly any brick can be passed over, looking costs more than it saves.
 bool worthSkipping(const std::vector<glm::vec4>& bricks) {
@@ -57,6 +55,15 @@ void setCustom(const gl::Program& program, const MarchFrame& frame, const Custom
 }
 
 }  // namespace
+
+std::string unrolled(int count, bool pairs, bool backward) {
+  std::string text;
+  for (int i = 0; i < count; ++i) {
+    const int k = backward ? count - 1 - i : i;
+    text += "X(" + std::to_string(k) + (pairs ? ", " + std::to_string(k + 1) : "") + ") ";
+  }
+  return text;
+}
 
 void checkRequest(const MarchRequest& request) {
   request.camera.validate();
@@ -208,8 +215,9 @@ TilePass::TilePass(const gl::Program& program_, const std::vector<glm::vec4>& ti
 
 void TilePass::run(int first, int count) const {
   const auto from = [&](int row) {
-    return std::partition_point(tiles.begin(), tiles.end(),
-                                [&](const glm::vec4& t) { return t.y * kTile < float(row); });
+    return std::partition_point(tiles.begin(), tiles.end(), [&](const glm::vec4& t) {
+      return t.y * TilePlan::kTile < float(row);
+    });
   };
   const auto begin = from(first), end = from(first + count);
   if (begin == end) return;

@@ -19,6 +19,10 @@ namespace vestige {
 
 using MarchDefines = std::vector<std::pair<std::string, std::string>>;
 
+/// X(0) X(1) ... or, in pairs, X(0, 1) X(1, 2) ...: `count` calls of a macro, backward the last
+/// first.
+std::string unrolled(int count, bool pairs, bool backward = false);
+
 /// Throws InvalidArgument unless the camera, the size and the isovalues of a request make sense.
 void checkRequest(const MarchRequest& request);
 

@@ -8,13 +8,13 @@
 #include <string>
 #include <utility>
 
-#include "adaptor/volume/block_volume.h"
+#include "adaptor/common/stopwatch.h"
 #include "adaptor/march/layer_march.h"
 #include "adaptor/march/march_pass.h"
 #include "adaptor/march/ray_planes.h"
 #include "adaptor/march/slab_march.h"
-#include "adaptor/common/stopwatch.h"
 #include "adaptor/march/tile_plan.h"
+#include "adaptor/volume/block_volume.h"
 #include "march_base_glsl.embed.h"
 #include "march_field_glsl.embed.h"
 #include "march_glsl.embed.h"
@@ -27,18 +27,6 @@ namespace vestige {
 namespace {
 
 constexpr int kStretch = 8;  ///< steps between two looks for crossings
-constexpr int kTile = TilePlan::kTile;
-constexpr std::size_t kBandBytes = 16u << 20;  ///< of the planes of a band of rows
-
-/// "X(0, 1) X(1, 2) …" for the shader's unrolled loops.
-std::string unrolled(int count, bool pairs, bool backward = false) {
-  std::string text;
-  for (int i = 0; i < count; ++i) {
-    const int k = backward ? count - 1 - i : i;
-    text += "X(" + std::to_string(k) + (pairs ? ", " + std::to_string(k + 1) : "") + ") ";
-  }
-  return text;
-}
 
 /// Layers and slabs are cut along one direction.
 void requireCommonPlanes(const MarchRequest& request) {
@@ -112,8 +100,7 @@ void Marcher::Impl::marchBands(std::span<const TilePass> passes, const MarchRequ
   const gl::Functions& f = gl::functions();
   const auto [width, height] = request.size;
   const std::size_t rowBytes = planeCount(request) * std::size_t(width) * sizeof(float);
-  const int fitting = int(std::max<std::size_t>(1, kBandBytes / rowBytes / kTile)) * kTile;
-  const int rows = std::min(fitting, (height + kTile - 1) / kTile * kTile);
+  const int rows = TilePlan::bandRows(height, rowBytes);
 
   if (!planes) planes.emplace();
   f.BindBuffer(GL_SHADER_STORAGE_BUFFER, planes->id());

@@ -42,7 +42,6 @@ class BandReader {
 RayImage emptyImage(const MarchRequest& request) {
   const std::size_t pixels = request.size.pixels();
   const std::size_t channels = std::size_t(request.partition.channels());
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
   RayImage image;
   image.size = request.size;
   image.channels = int(channels);

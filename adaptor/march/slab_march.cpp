@@ -11,29 +11,18 @@
 #include "march_field_glsl.embed.h"
 #include "march_glsl.embed.h"
 #include "proxy/base/error.h"
-#include "proxy/gl/functions.h"
 #include "proxy/format/layout/proxy_layout.h"
+#include "proxy/gl/functions.h"
 
 namespace vestige {
 namespace {
 
-constexpr int kStretch = 4;  ///< steps between two looks for crossings: slabs are short
-constexpr int kTile = TilePlan::kTile;
-constexpr std::size_t kBandBytes = 16u << 20;  ///< of the planes of a band of rows
-constexpr int kNoRank = 128;                   ///< march.glsl
-constexpr int kCellPlanes = 4;                 ///< ends; lowest and highest; two moments
+constexpr int kSlabStretch = 4;  ///< steps between two looks for crossings: slabs are short
+constexpr int kNoRank = 128;     ///< march.glsl
+constexpr int kCellPlanes = 4;   ///< ends; lowest and highest; two moments
 
-std::size_t planeCount(const MarchRequest& request) {
+std::size_t slabPlanes(const MarchRequest& request) {
   return std::size_t(kCellPlanes + request.partition.channels());
-}
-
-std::string unrolled(int count, bool backward = false) {
-  std::string text;
-  for (int i = 0; i < count; ++i) {
-    const int k = backward ? count - 1 - i : i;
-    text += "X(" + std::to_string(k) + ", " + std::to_string(k + 1) + ") ";
-  }
-  return text;
 }
 
 /// Appends the cells of a band of rows, as march.glsl stored them in planes of `count` pixels.
@@ -126,9 +115,9 @@ const gl::Program& SlabMarch::program(const MarchRequest& request, const MarchSe
                                       const BlockVolume& volume, bool quiet, bool direct) {
   MarchDefines defines = {{"INTERVALS", std::to_string(request.partition.intervals())},
                           {"LAYERS", "0"},
-                          {"STRETCH", std::to_string(kStretch)},
-                          {"EACH_STEP(X)", unrolled(kStretch)},
-                          {"EACH_STEP_BACK(X)", unrolled(kStretch, true)},
+                          {"STRETCH", std::to_string(kSlabStretch)},
+                          {"EACH_STEP(X)", unrolled(kSlabStretch, true)},
+                          {"EACH_STEP_BACK(X)", unrolled(kSlabStretch, true, true)},
                           {"EACH_LAYER(X)", ""},
                           {"SLAB", ""}};
   if (quiet) defines.push_back({"QUIET", ""});
@@ -147,9 +136,8 @@ SlabRays SlabMarch::readSlab(const Passes& passes, const MarchRequest& request, 
                              Times& times) {
   const gl::Functions& f = gl::functions();
   const auto [width, height] = request.size;
-  const std::size_t rowBytes = planeCount(request) * std::size_t(width) * sizeof(float);
-  const int fitting = int(std::max<std::size_t>(1, kBandBytes / rowBytes / kTile)) * kTile;
-  const int rows = std::min(fitting, (height + kTile - 1) / kTile * kTile);
+  const std::size_t rowBytes = slabPlanes(request) * std::size_t(width) * sizeof(float);
+  const int rows = TilePlan::bandRows(height, rowBytes);
   const auto bytes = GLsizeiptr(rowBytes * std::size_t(rows));
   SlabRays rays;
   rays.cells.reserve(request.size.pixels());

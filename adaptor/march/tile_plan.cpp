@@ -10,7 +10,6 @@
 namespace vestige {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kMipTolerance = 1e-7f;  ///< of the partition's range; as in march.glsl
 
 /// What makes two bricks the same kind: the channel, the base function's integral up to them, the
@@ -150,6 +149,12 @@ class Corners {
 };
 
 }  // namespace
+
+int TilePlan::bandRows(int height, std::size_t rowBytes) {
+  constexpr std::size_t kBandBytes = 16u << 20;
+  const int fitting = int(std::max<std::size_t>(1, kBandBytes / rowBytes / kTile)) * kTile;
+  return std::min(fitting, (height + kTile - 1) / kTile * kTile);
+}
 
 TilePlan::TilePlan(const BrickGrid& bricks, std::span<const glm::vec4> texels,
                    const BlockGrid& grid, const MarchFrame& frame, const MarchRequest& request) {

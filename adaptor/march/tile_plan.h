@@ -22,6 +22,10 @@ struct Background {
 struct TilePlan {
   static constexpr int kTile = 8;  ///< pixels a side
 
+  /// How many rows of pixels to march and read back at once, whole tiles: 16 MiB at most, or one
+  /// row of tiles. rowBytes: of all planes of a row.
+  static int bandRows(int height, std::size_t rowBytes);
+
   std::optional<Background> background;
   /// (tile x, tile y, z, z): between these two depths of the frame rays of the tile may meet
   /// something other than the background; before and after they do not.

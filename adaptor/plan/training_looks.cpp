@@ -44,14 +44,14 @@ std::vector<TransferFunction> trainingLooks(const TransferFunction& base,
     if (look.extinction[std::size_t(k)] > 0.0) visible.push_back(k);
   const int groups = std::min(std::max(2, pictures - 1), int(visible.size()));
   std::vector<TransferFunction> looks{base};
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double infinity = std::numeric_limits<double>::infinity();
   for (int group = 0; group < groups && int(looks.size()) < pictures; ++group) {
     const auto bound = [&](int g) {
       return partition
           .bounds()[std::size_t(visible[visible.size() * std::size_t(g) / std::size_t(groups)])];
     };
-    looks.push_back(withScaledOpacity(base, group == 0 ? -kInfinity : bound(group),
-                                      group + 1 == groups ? kInfinity : bound(group + 1), scale));
+    looks.push_back(withScaledOpacity(base, group == 0 ? -infinity : bound(group),
+                                      group + 1 == groups ? infinity : bound(group + 1), scale));
   }
   return looks;
 }

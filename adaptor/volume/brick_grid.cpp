@@ -11,7 +11,6 @@ namespace vestige {
 namespace {
 
 constexpr int kCells = BrickGrid::kCells;
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// The samples of brick `b` along an axis of `samples`, [first, end).
 std::pair<int, int> samplesOf(int b, int samples) {

@@ -7,8 +7,6 @@
 namespace vestige {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 /// The box of values that some samples span; low > high: none of them has data.
 struct ValueBox {
   FieldSample low, high;

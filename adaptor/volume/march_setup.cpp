@@ -11,7 +11,6 @@
 namespace vestige {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kGapEdge = 2e38f;  // as in march_field.glsl
 constexpr int kMostGuesses = 4096;
 

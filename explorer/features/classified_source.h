@@ -6,8 +6,9 @@
 #include <string>
 
 #include "explorer/features/field_bundle.h"
-#include "explorer/volume/grid_painter.h"
 #include "explorer/picture/look.h"
+#include "explorer/picture/stretch.h"
+#include "explorer/volume/grid_painter.h"
 #include "explorer/volume/volume_pass.h"
 
 namespace vestige {

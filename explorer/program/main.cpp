@@ -42,7 +42,9 @@ int main(int argc, char** argv) {
   addDoctor(app, exitCode);
   addExport(app, exitCode);
   addProbe(app, exitCode);
+#ifdef VESTIGE_TRAINING
   addTrain(app, exitCode);
+#endif
   addFit(app, exitCode);
   addColormaps(app, exitCode);
   groupCommands(app);

@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "explorer/volume/grid_painter.h"
+#include "explorer/picture/stretch.h"
 #include "explorer/stacks/stack_grid.h"
+#include "explorer/volume/grid_painter.h"
 #include "proxy/archive/archive.h"
 
 namespace vestige {

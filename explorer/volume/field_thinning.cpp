@@ -11,7 +11,7 @@ namespace vestige {
 namespace {
 
 /// A place between two samples of a long axis.
-struct Place {
+struct ThinPlace {
   std::size_t before = 0;
   double share = 0.0;
 };
@@ -19,9 +19,9 @@ struct Place {
 constexpr int kPlaces = 2;  ///< that a mean is taken of, for each sample that it stands for
 
 /// Where the mean of each new sample is taken, a fixed number of places each.
-std::vector<Place> placesOf(int count, int most, int each) {
+std::vector<ThinPlace> placesOf(int count, int most, int each) {
   const double step = double(count - 1) / (most - 1);
-  std::vector<Place> places;
+  std::vector<ThinPlace> places;
   for (int i = 0; i < most; ++i) {
     for (int k = 0; k < each; ++k) {
       const double at = std::clamp((i + (k + 0.5) / each - 0.5) * step, 0.0, double(count - 1));
@@ -58,7 +58,7 @@ std::vector<float> thinnedValues(const std::vector<float>& values, std::size_t s
           double sum = 0.0;
           int known = 0;
           for (int k = 0; k < each; ++k) {
-            const Place& place = places[std::size_t(i * each + k)];
+            const ThinPlace& place = places[std::size_t(i * each + k)];
             const double a = from[place.before * stride + s];
             const double b = from[(place.before + 1) * stride + s];
             // The sample beside it, where the other has no data.

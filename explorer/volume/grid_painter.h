@@ -6,6 +6,7 @@
 #include <string>
 
 #include "explorer/picture/look.h"
+#include "explorer/picture/stretch.h"
 #include "explorer/volume/volume_pass.h"
 #include "proxy/transfer/transfer_function.h"
 

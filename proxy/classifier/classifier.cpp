@@ -9,10 +9,10 @@
 #include <numeric>
 #include <set>
 
+#include "proxy/base/json_object.h"
 #include "proxy/classifier/kinds.h"
 #include "proxy/transfer/colormap.h"
 #include "proxy/transfer/interval_partition.h"
-#include "proxy/base/json_object.h"
 #include "proxy/transfer/statistics.h"
 #include "proxy/transfer/transfer_function.h"
 
@@ -38,7 +38,7 @@ std::optional<glm::dvec3> srgbFromHex(const std::string& text) {
   return glm::dvec3((rgb >> 16) & 255, (rgb >> 8) & 255, rgb & 255) / 255.0;
 }
 
-void readColor(JsonObject& object, glm::dvec3& color) {
+void readFeatureColor(JsonObject& object, glm::dvec3& color) {
   const json* found = object.find("color");
   if (!found) return;
   std::optional<glm::dvec3> srgb;
@@ -136,7 +136,7 @@ Feature featureFrom(JsonObject& object, const std::string& fallback) {
   if (!(feature.opacity >= 0.0 && feature.opacity <= 1.0)) {
     object.fail("opacity", fmt::format("is {}, not in 0..1", feature.opacity));
   }
-  readColor(object, feature.color);
+  readFeatureColor(object, feature.color);
   object.read("enabled", feature.enabled);
   return feature;
 }

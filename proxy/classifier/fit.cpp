@@ -13,7 +13,7 @@ namespace vestige {
 namespace {
 
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 4, 4>;
-using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 4, 1>;
+using FieldVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 4, 1>;
 
 void require(std::span<const FieldDomain> domains) {
   if (domains.empty() || domains.size() > Classifier::kMaxFields) {
@@ -30,11 +30,11 @@ void require(std::span<const FieldDomain> domains) {
 
 /// Normalised samples with data, one a row: differences of values that are large against their
 /// range are taken before they are squared.
-std::vector<Vector> normalised(std::span<const FieldSample> samples,
-                               std::span<const FieldDomain> domains) {
-  std::vector<Vector> rows;
+std::vector<FieldVector> normalised(std::span<const FieldSample> samples,
+                                    std::span<const FieldDomain> domains) {
+  std::vector<FieldVector> rows;
   for (const FieldSample& sample : samples) {
-    Vector row(domains.size());
+    FieldVector row(domains.size());
     for (std::size_t i = 0; i < domains.size(); ++i)
       row[long(i)] = (sample.values[i] - domains[i].low) / domains[i].range();
     if (row.allFinite()) rows.push_back(row);
@@ -48,7 +48,7 @@ std::vector<Vector> normalised(std::span<const FieldSample> samples,
 
 /// (2 Σ)^(-1/2), with deviations of at least `least` along each axis: in a full one, of any
 /// direction through axes that are measured in these.
-Matrix scaleOf(const Matrix& covariance, const Vector& least, bool full) {
+Matrix scaleOf(const Matrix& covariance, const FieldVector& least, bool full) {
   if (!full) {
     return covariance.diagonal()
         .cwiseMax(least.cwiseAbs2())
@@ -73,15 +73,15 @@ FittedPrimitive fitPrimitive(std::span<const FieldSample> samples,
     throw Error(ErrorCode::InvalidArgument,
                 fmt::format("{} errors of {} fields", errors.size(), domains.size()));
   }
-  const std::vector<Vector> rows = normalised(samples, domains);
+  const std::vector<FieldVector> rows = normalised(samples, domains);
   const auto n = long(domains.size());
-  Vector mean = Vector::Zero(n);
-  for (const Vector& row : rows) mean += row / double(rows.size());
+  FieldVector mean = FieldVector::Zero(n);
+  for (const FieldVector& row : rows) mean += row / double(rows.size());
   Matrix covariance = Matrix::Zero(n, n);
-  for (const Vector& row : rows)
+  for (const FieldVector& row : rows)
     covariance += (row - mean) * (row - mean).transpose() / double(rows.size());
   // A width is √2 deviations.
-  Vector least = Vector::Constant(n, kLeastDeviation);
+  FieldVector least = FieldVector::Constant(n, kLeastDeviation);
   for (std::size_t i = 0; i < errors.size(); ++i)
     least[long(i)] = std::max(kLeastDeviation, std::sqrt(0.5) * errors[i] / domains[i].range());
   const Matrix scale = scaleOf(covariance, least, full);

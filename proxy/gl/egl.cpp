@@ -15,11 +15,11 @@
 namespace vestige::gl {
 namespace {
 
-constexpr const char* kMend =
+constexpr const char* kEglMend =
     "; install Debian's libegl1 and libegl-mesa0, or set VESTIGE_GL=osmesa";
 
 [[noreturn]] void fail(const std::string& sentence) {
-  throw Error(ErrorCode::NoGl, sentence + kMend);
+  throw Error(ErrorCode::NoGl, sentence + kEglMend);
 }
 
 /// The entry points of libEGL that we use.

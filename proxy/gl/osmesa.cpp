@@ -21,14 +21,14 @@ using DestroyContext = void (*)(OSMesaContext);
 constexpr int kFormat = 0x22, kProfile = 0x33, kCoreProfile = 0x34;
 constexpr int kMajorVersion = 0x36, kMinorVersion = 0x37;
 
-constexpr const char* kMend =
+constexpr const char* kOsMesaMend =
     "; install Debian's libosmesa6 (Mesa before 25.1), or set VESTIGE_GL=egl";
 
 template <typename Function>
 Function symbol(void* library, const char* name) {
   auto function = reinterpret_cast<Function>(dlsym(library, name));
   if (!function) {
-    throw Error(ErrorCode::NoGl, std::string("libOSMesa has no ") + name + kMend);
+    throw Error(ErrorCode::NoGl, std::string("libOSMesa has no ") + name + kOsMesaMend);
   }
   return function;
 }
@@ -41,7 +41,7 @@ void* openLibrary() {
   }
   const char* reason = dlerror();
   throw Error(ErrorCode::NoGl, std::string("OSMesa cannot be opened: ") +
-                                   (reason ? reason : "unknown reason") + kMend);
+                                   (reason ? reason : "unknown reason") + kOsMesaMend);
 }
 
 class OSMesaCurrent final : public Context {
@@ -60,11 +60,13 @@ class OSMesaCurrent final : public Context {
       context_ = create(attributes.data(), nullptr);
     }
     if (!context_) {
-      throw Error(ErrorCode::NoGl, std::string("OSMesa makes no OpenGL 4.3 core context") + kMend);
+      throw Error(ErrorCode::NoGl,
+                  std::string("OSMesa makes no OpenGL 4.3 core context") + kOsMesaMend);
     }
     if (!makeCurrent(context_, buffer_.data(), GL_UNSIGNED_BYTE, kSide, kSide)) {
       destroy_(context_);
-      throw Error(ErrorCode::NoGl, std::string("OSMesa does not make its context current") + kMend);
+      throw Error(ErrorCode::NoGl,
+                  std::string("OSMesa does not make its context current") + kOsMesaMend);
     }
     functions_ = Functions::load(
         [address](const char* name) { return reinterpret_cast<void*>(address(name)); });

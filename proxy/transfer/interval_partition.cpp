@@ -12,7 +12,7 @@
 namespace vestige {
 namespace {
 
-[[noreturn]] void refuse(const std::string& sentence) {
+[[noreturn]] void refusePartition(const std::string& sentence) {
   throw Error(ErrorCode::InvalidArgument, sentence);
 }
 
@@ -22,7 +22,7 @@ struct Range {
 
 void checkCount(int intervals) {
   if (intervals < 1 || intervals > IntervalPartition::kMaxIntervals)
-    refuse(
+    refusePartition(
         fmt::format("{} intervals are not in 1..{}", intervals, IntervalPartition::kMaxIntervals));
 }
 
@@ -36,7 +36,7 @@ double leastWidth(double low, double high) {
 /// field gets half its magnitude on either side, or 1 in all around zero.
 Range usableRange(double low, double high, int intervals) {
   if (!std::isfinite(low) || !std::isfinite(high) || low > high || !std::isfinite(high - low))
-    refuse(fmt::format("range [{}, {}] is not finite and ordered", low, high));
+    refusePartition(fmt::format("range [{}, {}] is not finite and ordered", low, high));
   const double least = intervals * leastWidth(low, high);
   if (high - low >= least) return {low, high};
   const double middle = low + 0.5 * (high - low);
@@ -134,15 +134,17 @@ bool IntervalPartition::resolves(double low, double high, int intervals) {
 
 IntervalPartition IntervalPartition::fromBounds(std::vector<double> bounds) {
   if (bounds.size() < 2 || bounds.size() > kMaxIntervals + 1)
-    refuse(fmt::format("{} interval bounds are not in 2..{}", bounds.size(), kMaxIntervals + 1));
+    refusePartition(
+        fmt::format("{} interval bounds are not in 2..{}", bounds.size(), kMaxIntervals + 1));
   for (std::size_t k = 0; k < bounds.size(); ++k) {
     if (!std::isfinite(bounds[k]))
-      refuse(fmt::format("interval bound {} is not finite", bounds[k]));
+      refusePartition(fmt::format("interval bound {} is not finite", bounds[k]));
     if (k > 0 && bounds[k] <= bounds[k - 1])
-      refuse(fmt::format("interval bound {} does not increase over {}", bounds[k], bounds[k - 1]));
+      refusePartition(
+          fmt::format("interval bound {} does not increase over {}", bounds[k], bounds[k - 1]));
   }
   if (!std::isfinite(bounds.back() - bounds.front()))
-    refuse(
+    refusePartition(
         fmt::format("interval bounds {} .. {} are too far apart", bounds.front(), bounds.back()));
   return IntervalPartition(std::move(bounds));
 }
@@ -180,7 +182,7 @@ int IntervalPartition::channelOf(double value) const {
 
 std::string IntervalPartition::channelName(int channel) const {
   if (channel < 0 || channel >= channels())
-    refuse(fmt::format("channel {} is not in 0..{}", channel, channels() - 1));
+    refusePartition(fmt::format("channel {} is not in 0..{}", channel, channels() - 1));
   if (channel == below()) return "below";
   if (channel == above()) return "above";
   if (channel == noData()) return "nodata";

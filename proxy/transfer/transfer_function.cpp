@@ -11,24 +11,25 @@
 namespace vestige {
 namespace {
 
-[[noreturn]] void refuse(const std::string& sentence) {
+[[noreturn]] void refuseFunction(const std::string& sentence) {
   throw Error(ErrorCode::InvalidArgument, sentence);
 }
 
 void checkOpacity(const std::vector<OpacityPoint>& points) {
   if (points.size() > TransferFunction::kMaxOpacityPoints)
-    refuse(fmt::format("opacity has {} points, more than {}", points.size(),
-                       TransferFunction::kMaxOpacityPoints));
+    refuseFunction(fmt::format("opacity has {} points, more than {}", points.size(),
+                               TransferFunction::kMaxOpacityPoints));
   for (const OpacityPoint& p : points) {
-    if (!std::isfinite(p.value)) refuse(fmt::format("opacity has a point at value {}", p.value));
+    if (!std::isfinite(p.value))
+      refuseFunction(fmt::format("opacity has a point at value {}", p.value));
     if (!(p.opacity >= 0.0 && p.opacity <= 1.0))
-      refuse(fmt::format("opacity {} at value {} is not in [0, 1]", p.opacity, p.value));
+      refuseFunction(fmt::format("opacity {} at value {} is not in [0, 1]", p.opacity, p.value));
   }
 }
 
 void checkColorRange(double low, double high) {
   if (!std::isfinite(low) || !std::isfinite(high) || low > high)
-    refuse(fmt::format("colorRange [{}, {}] is not finite and ordered", low, high));
+    refuseFunction(fmt::format("colorRange [{}, {}] is not finite and ordered", low, high));
 }
 
 /// (value - low) / (high - low) for low < high; halves keep huge ranges from overflowing.
@@ -77,7 +78,7 @@ TransferFunction::TransferFunction(std::vector<OpacityPoint> opacity, double ref
                                    Colormap colormap, double colorLow, double colorHigh)
     : referenceLength_(referenceLength), colormap_(std::move(colormap)) {
   if (!std::isfinite(referenceLength) || referenceLength <= 0.0)
-    refuse(fmt::format("referenceLength {} is not positive and finite", referenceLength));
+    refuseFunction(fmt::format("referenceLength {} is not positive and finite", referenceLength));
   setOpacity(std::move(opacity));
   setColorRange(colorLow, colorHigh);
 }
@@ -97,7 +98,7 @@ void TransferFunction::setOpacity(std::vector<OpacityPoint> opacity) {
   opacity.erase(std::unique(opacity.begin(), opacity.end()), opacity.end());
   for (std::size_t i = 2; i < opacity.size(); ++i)
     if (opacity[i].value == opacity[i - 2].value)
-      refuse(fmt::format("opacity has more than two points at value {}", opacity[i].value));
+      refuseFunction(fmt::format("opacity has more than two points at value {}", opacity[i].value));
   opacity_ = std::move(opacity);
 }
 
@@ -109,11 +110,11 @@ void TransferFunction::setColorRange(double low, double high) {
 
 void TransferFunction::setFactors(std::vector<double> factors) {
   if (factors.size() > std::size_t(IntervalPartition::kMaxIntervals))
-    refuse(fmt::format("factors are {}, more than {}", factors.size(),
-                       IntervalPartition::kMaxIntervals));
+    refuseFunction(fmt::format("factors are {}, more than {}", factors.size(),
+                               IntervalPartition::kMaxIntervals));
   for (const double f : factors)
     if (!std::isfinite(f) || f < 0.0)
-      refuse(fmt::format("factors contain {}, not >= 0 and finite", f));
+      refuseFunction(fmt::format("factors contain {}, not >= 0 and finite", f));
   factors_ = std::move(factors);
 }
 
@@ -204,7 +205,7 @@ Accumulated accumulate(const TransferFunction& f, double low, double high) {
 IntervalLook TransferFunction::onIntervals(const IntervalPartition& partition) const {
   const int intervals = partition.intervals();
   if (!factors_.empty() && int(factors_.size()) != intervals)
-    refuse(
+    refuseFunction(
         fmt::format("factors are {}, the partition has {} intervals", factors_.size(), intervals));
   IntervalLook look;
   look.extinction.assign(partition.channels(), 0.0);

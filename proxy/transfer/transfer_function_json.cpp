@@ -21,7 +21,7 @@ constexpr std::array<std::string_view, 5> kKeys = {"opacity", "referenceLength",
                                                    "colorRange", "factors"};
 constexpr std::size_t kMaxColors = 4096;
 
-[[noreturn]] void refuse(const std::string& sentence) {
+[[noreturn]] void refuseJson(const std::string& sentence) {
   throw Error(ErrorCode::Config, "transfer function: " + sentence);
 }
 
@@ -34,23 +34,24 @@ std::string excerpt(const json& value) {
   return text.size() <= 60 ? text : text.substr(0, 57) + "...";
 }
 
-double number(const json& value, std::string_view key) {
+double jsonNumber(const json& value, std::string_view key) {
   if (!value.is_number() || !std::isfinite(value.get<double>()))
-    refuse(fmt::format("{} has {} where a finite number belongs", key, excerpt(value)));
+    refuseJson(fmt::format("{} has {} where a finite number belongs", key, excerpt(value)));
   return value.get<double>();
 }
 
 const json& required(const json& object, std::string_view key) {
   const auto found = object.find(key);
-  if (found == object.end()) refuse(fmt::format("{} is missing", key));
+  if (found == object.end()) refuseJson(fmt::format("{} is missing", key));
   return *found;
 }
 
 /// The array at `value`, of `least` to `most` elements.
 const json& array(const json& value, std::string_view key, std::size_t least, std::size_t most) {
-  if (!value.is_array()) refuse(fmt::format("{} has {} where a list belongs", key, excerpt(value)));
+  if (!value.is_array())
+    refuseJson(fmt::format("{} has {} where a list belongs", key, excerpt(value)));
   if (value.size() < least || value.size() > most)
-    refuse(fmt::format("{} has a list of {}, not of {}..{}", key, value.size(), least, most));
+    refuseJson(fmt::format("{} has a list of {}, not of {}..{}", key, value.size(), least, most));
   return value;
 }
 
@@ -58,7 +59,7 @@ std::vector<OpacityPoint> opacityFromJson(const json& value) {
   std::vector<OpacityPoint> points;
   for (const json& pair : array(value, "opacity", 0, TransferFunction::kMaxOpacityPoints)) {
     array(pair, "opacity", 2, 2);
-    points.push_back({number(pair[0], "opacity"), number(pair[1], "opacity")});
+    points.push_back({jsonNumber(pair[0], "opacity"), jsonNumber(pair[1], "opacity")});
   }
   return points;
 }
@@ -70,15 +71,15 @@ Colormap colormapFromJson(const json& value) {
     } catch (const Error&) {
       std::string names;
       for (const std::string& name : Colormap::names()) names += (names.empty() ? "" : ", ") + name;
-      refuse(fmt::format("colormap is {}; choose {}, each also with _r, or a list of [r, g, b]",
-                         excerpt(value), names));
+      refuseJson(fmt::format("colormap is {}; choose {}, each also with _r, or a list of [r, g, b]",
+                             excerpt(value), names));
     }
   }
   std::vector<glm::dvec3> colors;
   for (const json& color : array(value, "colormap", 1, kMaxColors)) {
     array(color, "colormap", 3, 3);
-    colors.emplace_back(number(color[0], "colormap"), number(color[1], "colormap"),
-                        number(color[2], "colormap"));
+    colors.emplace_back(jsonNumber(color[0], "colormap"), jsonNumber(color[1], "colormap"),
+                        jsonNumber(color[2], "colormap"));
   }
   return Colormap::fromSrgb("custom", std::move(colors));
 }
@@ -99,13 +100,13 @@ json toJson(const Colormap& map) {
 TransferFunction fromCheckedKeys(const json& object) {
   const json& range = array(required(object, "colorRange"), "colorRange", 2, 2);
   TransferFunction function(opacityFromJson(required(object, "opacity")),
-                            number(required(object, "referenceLength"), "referenceLength"),
+                            jsonNumber(required(object, "referenceLength"), "referenceLength"),
                             colormapFromJson(required(object, "colormap")),
-                            number(range[0], "colorRange"), number(range[1], "colorRange"));
+                            jsonNumber(range[0], "colorRange"), jsonNumber(range[1], "colorRange"));
   if (const auto factors = object.find("factors"); factors != object.end()) {
     std::vector<double> values;
     for (const json& f : array(*factors, "factors", 0, IntervalPartition::kMaxIntervals))
-      values.push_back(number(f, "factors"));
+      values.push_back(jsonNumber(f, "factors"));
     function.setFactors(std::move(values));
   }
   return function;
@@ -125,15 +126,15 @@ json toJson(const TransferFunction& function) {
 }
 
 TransferFunction transferFunctionFromJson(const json& object) {
-  if (!object.is_object()) refuse(fmt::format("{} is no object", excerpt(object)));
+  if (!object.is_object()) refuseJson(fmt::format("{} is no object", excerpt(object)));
   for (const auto& item : object.items())
     if (std::find(kKeys.begin(), kKeys.end(), item.key()) == kKeys.end())
-      refuse(fmt::format("{} is no key of it", excerpt(item.key())));
+      refuseJson(fmt::format("{} is no key of it", excerpt(item.key())));
   try {
     return fromCheckedKeys(object);
   } catch (const Error& e) {
     // What the class refuses also begins with the key.
-    if (e.code() == ErrorCode::InvalidArgument) refuse(e.what());
+    if (e.code() == ErrorCode::InvalidArgument) refuseJson(e.what());
     throw;
   }
 }

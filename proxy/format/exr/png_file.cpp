@@ -40,12 +40,12 @@ void appendBytes(png_structp png, png_bytep data, png_size_t size) {
 }
 void flushNothing(png_structp) {}
 
-struct Cursor {
+struct PngCursor {
   const std::byte* at;
   std::size_t left;
 };
 void takeBytes(png_structp png, png_bytep out, png_size_t size) {
-  auto* cursor = static_cast<Cursor*>(png_get_io_ptr(png));
+  auto* cursor = static_cast<PngCursor*>(png_get_io_ptr(png));
   if (size > cursor->left) png_error(png, "the file ends too early");
   std::memcpy(out, cursor->at, size);
   cursor->at += size;
@@ -77,7 +77,7 @@ bool encodeRows(png_structp png, png_infop info, const Raster& raster, bool rgb,
   return true;
 }
 
-bool decodeHeader(png_structp png, png_infop info, Cursor& cursor, ImageSize& size,
+bool decodeHeader(png_structp png, png_infop info, PngCursor& cursor, ImageSize& size,
                   std::size_t& rowBytes) {
   if (setjmp(png_jmpbuf(png))) return false;
   png_set_read_fn(png, &cursor, takeBytes);
@@ -143,7 +143,7 @@ Raster readPng(const std::filesystem::path& path) {
     notAPng(path, "it does not begin like one");
   Reader reader;
   if (!reader.info) throw Error(ErrorCode::Internal, "libpng cannot start to read");
-  Cursor cursor{bytes.data(), bytes.size()};
+  PngCursor cursor{bytes.data(), bytes.size()};
   Raster raster;
   std::size_t rowBytes = 0;
   if (!decodeHeader(reader.png, reader.info, cursor, raster.size, rowBytes))

@@ -11,20 +11,17 @@
 #include "proxy/base/error.h"
 #include "proxy/format/exr/exr_threads.h"
 #include "proxy/format/image/length_unit.h"
+#include "proxy/format/image/storage_quantiser.h"
 #include "proxy/format/layout/proxy_layout.h"
 #include "proxy/format/layout/sliced_stack.h"
-#include "proxy/format/image/storage_quantiser.h"
+#include "proxy/format/layout/stored_planes.h"
 
 namespace vestige {
 namespace {
 
-constexpr double kFractionStep = 0x1p-12;
-constexpr double kDepthLevels = 2046.0;  ///< of mean depth over the domain
 constexpr double kRelativeError = 0x1p-9;
 /// Deflate's level: see docs/archive-format.md, "Compression".
-constexpr int kZipLevel = 7;
-
-std::string slabName(int slab) { return fmt::format("slab{:02d}", slab); }
+constexpr int kFeatureZipLevel = 7;
 
 const FeatureOrigin& neededFeatures(const ProxyHeader& header) {
   if (!header.features)
@@ -32,14 +29,6 @@ const FeatureOrigin& neededFeatures(const ProxyHeader& header) {
         ErrorCode::InvalidArgument,
         fmt::format("the {} proxy of field '{}' has no classifier", header.kind, header.field));
   return *header.features;
-}
-
-void requireSize(const char* what, std::span<const float> planes, std::size_t count,
-                 ImageSize size) {
-  if (planes.size() != count * size.pixels())
-    throw Error(ErrorCode::InvalidArgument,
-                fmt::format("{} has {} values, {} planes of {} x {} need {}", what, planes.size(),
-                            count, size.width, size.height, count * size.pixels()));
 }
 
 ProxyPart emptyPart(const char* name, double unit, double zero, double error,
@@ -79,11 +68,6 @@ std::vector<float> planesOf(const ProxyImage& proxy, const char* part,
     planes.insert(planes.end(), values.begin(), values.end());
   }
   return planes;
-}
-
-double diagonalOf(const Box& domain) {
-  const double diagonal = domain.diagonal();
-  return diagonal > 0.0 && std::isfinite(diagonal) ? diagonal : 1.0;
 }
 
 /// A number in [0, 1] to a relative 2^-9, and 2^-25, as a half holds it.
@@ -128,7 +112,7 @@ void validate(const FeatureStack& stack) {
   if (stack.header.slabDepths.size() != slabs + 1)
     refuse(fmt::format("{} slabs have {} depths", slabs, stack.header.slabDepths.size()));
   for (const auto& slab : stack.slabs)
-    requireSize("a slab of features", slab, channels, stack.header.size);
+    requirePlanes("a slab of features", slab.size(), channels, stack.header.size);
 }
 
 }  // namespace
@@ -152,10 +136,10 @@ ProxyImage featureProxy(ProxyHeader header, std::span<const float> attenuation,
   const std::vector<std::string> names = neededFeatures(header).classifier->channels();
   const ImageSize size = header.size;
   const std::size_t pixels = size.pixels();
-  requireSize("attenuation", attenuation, names.size(), size);
-  requireSize("transmittance", transmittance, 1, size);
-  requireSize("integral", integral, names.size(), size);
-  requireSize("moment", moment, names.size(), size);
+  requirePlanes("attenuation", attenuation.size(), names.size(), size);
+  requirePlanes("transmittance", transmittance.size(), 1, size);
+  requirePlanes("integral", integral.size(), names.size(), size);
+  requirePlanes("moment", moment.size(), names.size(), size);
 
   const double diagonal = diagonalOf(header.domain);
   ProxyPart integralPart =
@@ -226,7 +210,7 @@ std::vector<std::byte> encodeFeatureStack(const FeatureStack& stack) {
   const SlabChords chords(header);
   return encodeExr(
       header, int(stack.slabs.size()), [&](int s) { return slabPart(stack, chords, names, s); },
-      kZipLevel);
+      kFeatureZipLevel);
 }
 
 FeatureStack readFeatureStack(const ExrFile& file) {

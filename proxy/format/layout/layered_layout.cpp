@@ -9,15 +9,16 @@
 
 #include "proxy/base/error.h"
 #include "proxy/format/exr/exr_threads.h"
-#include "proxy/format/layout/proxy_layout.h"
 #include "proxy/format/image/storage_quantiser.h"
+#include "proxy/format/layout/proxy_layout.h"
+#include "proxy/format/layout/stored_planes.h"
 
 namespace vestige {
 namespace {
 
 constexpr double kColorStep = 0x1p-12;
 constexpr double kTauStep = 0x1p-12;
-constexpr double kDepthLevels = kHalfLevels - 1.0;  ///< level 0 stands for "empty"
+constexpr double kLayerDepthLevels = kHalfLevels - 1.0;  ///< level 0 stands for "empty"
 constexpr double kMostTau = 15.0;  ///< more is as good as opaque; a half holds 2^-12 * 65504
 
 const std::array<const char*, 3> kColors{"R", "G", "B"};
@@ -25,14 +26,6 @@ const std::array<const char*, 3> kColors{"R", "G", "B"};
 std::string layerName(int layer) { return fmt::format("layer{:02d}", layer); }
 std::string tauName(int layer) { return fmt::format("t{:02d}", layer); }
 std::string boundaryName(int boundary) { return fmt::format("z{:02d}", boundary); }
-
-template <typename Plane>
-void requireSize(const char* what, const Plane& planes, std::size_t count, ImageSize size) {
-  if (planes.size() != count * size.pixels())
-    throw Error(ErrorCode::InvalidArgument,
-                fmt::format("{} has {} values, {} planes of {} x {} need {}", what, planes.size(),
-                            count, size.width, size.height, count * size.pixels()));
-}
 
 Channel halfChannel(std::string name, std::size_t pixels) {
   return {std::move(name), ChannelStorage::Half, std::vector<float>(pixels)};
@@ -55,7 +48,7 @@ ProxyPart boundaryPart(const ProxyHeader& header, const LayeredPlanes& planes) {
   const DepthRange range = depthRange(header.camera, header.domain);
   const double diagonal = header.domain.diagonal();
   const double extent = std::max({range.high - range.low, diagonal / 1e6, 1e-300});
-  const double step = extent / kDepthLevels, zero = range.low - step;
+  const double step = extent / kLayerDepthLevels, zero = range.low - step;
   const Quantiser depths(step, zero);
   // A boundary that is kept apart from its neighbours is off by a step for each of them.
   const double floatError = std::max(std::abs(range.low), std::abs(range.high)) * 0x1p-24;
@@ -99,10 +92,10 @@ ProxyImage layeredImage(ProxyHeader header, const LayeredPlanes& planes) {
                 fmt::format("the layered proxy of field '{}' has {} layers, not 1 to {}",
                             header.field, layers, kMostLayers));
   const auto k = std::size_t(layers);
-  requireSize("boundary", planes.boundary, k + 1, size);
-  requireSize("color", planes.color, 3 * k, size);
-  requireSize("tau", planes.tau, k, size);
-  requireSize("state", planes.state, 1, size);
+  requirePlanes("boundary", planes.boundary.size(), k + 1, size);
+  requirePlanes("color", planes.color.size(), 3 * k, size);
+  requirePlanes("tau", planes.tau.size(), k, size);
+  requirePlanes("state", planes.state.size(), 1, size);
 
   const std::size_t pixels = size.pixels();
   ProxyImage image;

@@ -12,37 +12,16 @@
 #include "proxy/format/exr/exr_threads.h"
 #include "proxy/format/image/length_unit.h"
 #include "proxy/format/image/storage_quantiser.h"
+#include "proxy/format/layout/stored_planes.h"
 
 namespace vestige {
 namespace {
 
-constexpr double kFractionStep = 0x1p-12;
 constexpr double kLengthSteps = 8192.0;  ///< per domain diagonal
-constexpr double kDepthLevels = 2046.0;  ///< of mean depth over the domain
 constexpr double kMostRuns = kHalfLevels;
 constexpr double kLayerDepthSteps = 0x1p20;  ///< per domain diagonal, at least
 constexpr double kMipSteps = 0x1p16;         ///< over the field's range, at least
 constexpr double kNormalSteps = 128.0;
-
-void requireSize(const char* what, std::span<const float> planes, std::size_t count,
-                 ImageSize size) {
-  if (planes.size() != count * size.pixels())
-    throw Error(ErrorCode::InvalidArgument,
-                fmt::format("{} has {} values, {} planes of {} x {} need {}", what, planes.size(),
-                            count, size.width, size.height, count * size.pixels()));
-}
-
-const IntervalPartition& partitionOf(const ProxyHeader& header) {
-  if (!header.partition)
-    throw Error(
-        ErrorCode::InvalidArgument,
-        fmt::format("the {} proxy of field '{}' has no intervals", header.kind, header.field));
-  return *header.partition;
-}
-
-std::span<const float> planeOf(std::span<const float> planes, std::size_t i, ImageSize size) {
-  return planes.subspan(i * size.pixels(), size.pixels());
-}
 
 Channel channelOf(std::string name, ChannelStorage storage, std::size_t pixels) {
   return {std::move(name), storage, std::vector<float>(pixels)};
@@ -83,11 +62,6 @@ ProxyPart endsPart(std::span<const std::uint8_t> first, std::span<const std::uin
   return part;
 }
 
-double diagonalOf(const Box& domain) {
-  const double diagonal = domain.diagonal();
-  return diagonal > 0.0 && std::isfinite(diagonal) ? diagonal : 1.0;
-}
-
 }  // namespace
 
 DepthRange depthRange(const Camera& camera, const Box& box) {
@@ -107,8 +81,8 @@ ProxyImage attenuationImage(ProxyHeader header, std::span<const float> attenuati
   const IntervalPartition& partition = partitionOf(header);
   const ImageSize size = header.size;
   const int channels = partition.channels();
-  requireSize("attenuation", attenuation, std::size_t(channels), size);
-  requireSize("transmittance", transmittance, 1, size);
+  requirePlanes("attenuation", attenuation.size(), std::size_t(channels), size);
+  requirePlanes("transmittance", transmittance.size(), 1, size);
   ProxyPart part{"attenuation", kFractionStep / kHalfQuantum, 0.0, kFractionStep, {}};
   part.channels.resize(std::size_t(channels) + 1);
   forEachOnExrThreads(channels + 1, [&](int k) {
@@ -127,9 +101,9 @@ ProxyImage lengthImage(ProxyHeader header, std::span<const float> length,
   const IntervalPartition& partition = partitionOf(header);
   const ImageSize size = header.size;
   const std::size_t channels = std::size_t(partition.channels());
-  requireSize("length", length, channels, size);
-  requireSize("moment", moment, channels, size);
-  requireSize("runs", runs, channels, size);
+  requirePlanes("length", length.size(), channels, size);
+  requirePlanes("moment", moment.size(), channels, size);
+  requirePlanes("runs", runs.size(), channels, size);
 
   const double lengthStep = diagonalOf(header.domain) / kLengthSteps;
   const DepthRange range = depthRange(header.camera, header.domain);
@@ -176,8 +150,8 @@ ProxyImage depthImage(ProxyHeader header, std::span<const float> depth,
   if (layers == 0)
     throw Error(ErrorCode::InvalidArgument,
                 fmt::format("the depth proxy of field '{}' has no isovalue", header.field));
-  requireSize("depth", depth, layers, size);
-  requireSize("normal", normal, layers * 3, size);
+  requirePlanes("depth", depth.size(), layers, size);
+  requirePlanes("normal", normal.size(), layers * 3, size);
   // A power of two, so that rounding leaves zeros at the end of the mantissa.
   const double step =
       std::exp2(std::floor(std::log2(diagonalOf(header.domain) / kLayerDepthSteps)));
@@ -225,7 +199,7 @@ StorageScale mipScale(const IntervalPartition& intervals) {
 
 ProxyImage mipImage(ProxyHeader header, std::span<const float> value) {
   header.kind = kind::kMip;
-  requireSize("mip", value, 1, header.size);
+  requirePlanes("mip", value.size(), 1, header.size);
   const double low = header.statistics.low, extent = header.statistics.high - low;
   const bool round = std::isfinite(extent) && extent > 0.0;
   // A power of two, as for depths; what float cannot resolve is left alone.
@@ -250,8 +224,8 @@ ProxyImage referenceImage(ProxyHeader header, std::span<const float> rgb,
                           std::span<const float> transmittance) {
   header.kind = kind::kReference;
   const ImageSize size = header.size;
-  requireSize("reference", rgb, 3, size);
-  requireSize("transmittance", transmittance, 1, size);
+  requirePlanes("reference", rgb.size(), 3, size);
+  requirePlanes("transmittance", transmittance.size(), 1, size);
   ProxyPart part{"reference", kFractionStep / kHalfQuantum, 0.0, kFractionStep, {}};
   part.channels.resize(4);
   forEachOnExrThreads(4, [&](int i) {

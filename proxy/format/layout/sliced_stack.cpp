@@ -12,24 +12,17 @@
 
 #include "proxy/base/error.h"
 #include "proxy/format/image/storage_quantiser.h"
+#include "proxy/format/layout/stored_planes.h"
 
 namespace vestige {
 namespace {
 
 /// Deflate gives a seventh less at this level than at the other proxies' 3, for twice the time; the
 /// planes are few and small (docs/archive-format.md "Compression").
-constexpr int kZipLevel = 7;
+constexpr int kStackZipLevel = 7;
 
 constexpr const char* kFacesPart = "faces";
-std::string slabName(int slab) { return fmt::format("slab{:02d}", slab); }
 std::string faceName(int face) { return fmt::format("f{:02d}", face); }
-
-const IntervalPartition& partitionOf(const ProxyHeader& header) {
-  if (!header.partition)
-    throw Error(ErrorCode::InvalidArgument,
-                fmt::format("the sliced proxy of field '{}' has no intervals", header.field));
-  return *header.partition;
-}
 
 /// Cumulative channels of a slab: below, then the intervals. `above` and the rest follow from them.
 int cumulativeCount(const IntervalPartition& partition) { return partition.intervals() + 1; }
@@ -211,7 +204,7 @@ std::vector<std::byte> encodeStack(const SlicedStack& stack) {
   return encodeExr(
       header, int(stack.slabs.size()) + 1,
       [&](int part) { return part == 0 ? facesPart(stack) : slabPart(stack, part - 1); },
-      kZipLevel);
+      kStackZipLevel);
 }
 
 SlicedStack readStack(const ExrFile& file) {

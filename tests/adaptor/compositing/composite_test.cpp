@@ -14,8 +14,6 @@
 namespace vestige {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
 /// A plausible image of rays between planar depths [near, near + 1], with misses.
 RayImage randomImage(std::mt19937& random, float near, int channels = 5, int layers = 2) {
   const auto uniform = [&](double a, double b) {

@@ -6,14 +6,13 @@
 
 #include <gtest/gtest.h>
 
+#include "adaptor/march/tile_plan.h"
 #include "adaptor/volume/brick_grid.h"
 #include "adaptor/volume/march_setup.h"
-#include "adaptor/march/tile_plan.h"
 
 namespace vestige {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr int kCells = BrickGrid::kCells;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cstdio>
-#include <explorer/look.h>
-#include <proxy/archive.h>
+#include <explorer/renderer/renderer.h>
+#include <proxy/archive/archive.h>
 #include <proxy/version.h>
 
 int main(int, char** arguments) {

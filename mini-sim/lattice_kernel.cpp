@@ -124,7 +124,7 @@ MINISIM_INLINE void writeHeat(const std::array<Real*, kHeatDirections>& g, int n
   g[5][n] = half * (m.second.z - m.flux.z);
 }
 
-/// Velocity from momentum with half of the step's force (Guo et al. 2002); the damping force
+/// Velocity from momentum with half of the step's force [Guo 2002]; the damping force
 /// -damping * density * velocity is implicit.
 template <typename Real>
 MINISIM_INLINE Vector<Real> velocityOf(const FlowMoments<Real>& m, Real lift, Real damping) {
@@ -166,7 +166,7 @@ MINISIM_INLINE void collideCells(const RowPointers<Real>& row, int count,
                                           m.flux.xy - j.x * u.y + work.xy,
                                           m.flux.xz - j.x * u.z + work.xz,
                                           m.flux.yz - j.y * u.z + work.yz};
-    // Smagorinsky: relaxation time from the local stress (Hou et al. 1996).
+    // Smagorinsky: relaxation time from the local stress [Hou 1996].
     const Real norm2 =
         stress.xx * stress.xx + stress.yy * stress.yy + stress.zz * stress.zz +
         Real(2) * (stress.xy * stress.xy + stress.xz * stress.xz + stress.yz * stress.yz);
@@ -179,7 +179,7 @@ MINISIM_INLINE void collideCells(const RowPointers<Real>& row, int count,
     const Vector<Real> momentum = {j.x + Real(0.5) * force.x, j.y + Real(0.5) * force.y,
                                    j.z + Real(0.5) * force.z};
     // Third moments follow from the lower ones (recursive regularisation, Malaspinas 2015; for
-    // D3Q19 Jacob et al. 2018); without them fast shear at small viscosity is unstable.
+    // D3Q19 [Jacob 2018]); without them fast shear at small viscosity is unstable.
     const auto third = [&](Real ua, Real ub, Real jb, Real aa, Real ab) {
       return ua * ua * jb + keep * (Real(2) * ua * ab + ub * aa);
     };
@@ -191,7 +191,7 @@ MINISIM_INLINE void collideCells(const RowPointers<Real>& row, int count,
 
     // Temperature: two relaxation times. The flux's gives the diffusivity; the second moments' is
     // tied to it by (tau_odd - 1/2)(tau_even - 1/2) = 1/4, the product at which advection stays
-    // stable however small the diffusivity (Ginzburg et al. 2010).
+    // stable however small the diffusivity [Ginzburg 2010].
     const Real excess = heatExcess0 + eddyHeat * (tau - tau0);
     const Real keepOdd = Real(1) - Real(1) / (Real(0.5) + excess);
     const Real keepEven = Real(1) - Real(1) / (Real(0.5) + Real(0.25) / excess);

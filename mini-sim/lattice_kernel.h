@@ -24,7 +24,7 @@ inline constexpr double kHeatSoundSpeedSquared = 0.25;
 /// Where the populations that arrive at a row of cells stand: direction i of cell x at
 /// flow[i][x] and heat[i][x]. Populations that leave in direction i go to [opposite(i)][x]: this
 /// exchange, with pointers that alternate between two patterns, streams in place ("AA pattern",
-/// Bailey et al. 2009). Every place belongs to one cell of the grid, so rows may be done in any
+/// [Bailey 2009]). Every place belongs to one cell of the grid, so rows may be done in any
 /// order and by any thread. The flow is stored less its weights (f_i - w_i), which keeps float
 /// accurate near rest.
 template <typename Real>

@@ -11,7 +11,7 @@
 namespace vestige {
 
 /// One thread of ours with a clean floating-point environment, every processor and all signals
-/// blocked, whatever the host has set on its own (design.md "GL device").
+/// blocked, whatever the host has set on its own (docs/architecture.md, "Choices").
 class Worker {
  public:
   Worker();

@@ -9,7 +9,7 @@
 
 namespace vestige {
 
-/// Optical depth toward a distant light (single scattering, direct-volume-rendering-notes): planes
+/// Optical depth toward a distant light (single scattering, [Bergeron]): planes
 /// normal to its direction, seen by an orthographic camera that looks along it. Depths of blocks
 /// add, in any order.
 struct LightDepth {
@@ -31,7 +31,7 @@ struct LayerRequest {
   const LightDepth* shadows = nullptr;  ///< of the whole domain; null: as MarchRequest says
 };
 
-/// What a block adds to the layers of the rays (method §3), in planes [plane][pixel].
+/// What a block adds to the layers of the rays (method §2), in planes [plane][pixel].
 struct LayerRays {
   std::vector<float> boundary;  ///< [layers + 1] planar depth; +inf: not in this block
   std::vector<float> light;     ///< [3 layers] that reaches the camera
@@ -41,7 +41,7 @@ struct LayerRays {
 /// Light that every point gets, shadowed or not.
 inline constexpr float kShadowAmbient = 0.25f;
 
-/// Gathers the layers of a view, block by block from front to back (method §3). What it makes does
+/// Gathers the layers of a view, block by block from front to back (method §2). What it makes does
 /// not depend on how the domain is split.
 class LayerGatherer {
  public:

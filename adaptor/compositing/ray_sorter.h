@@ -8,7 +8,7 @@
 namespace vestige {
 
 /// Composites the blocks of a view in each pixel's own order of depth, for cameras whose rays meet
-/// blocks in different orders (visualization-by-proxy §4: multi-perspective). Of every block only
+/// blocks in different orders ([Tikhonova 2010, §4]: multi-perspective). Of every block only
 /// the pixels that meet it are kept, so memory follows the blocks that a ray meets, not all blocks.
 class RaySorter {
  public:

@@ -11,7 +11,7 @@
 
 namespace vestige {
 
-/// What one slab holds on one ray, as it was marched (method §6). Channels by rank
+/// What one slab holds on one ray, as it was marched (method §5). Channels by rank
 /// (IntervalPartition::rankOf).
 struct SlabCell {
   static constexpr std::uint8_t kNone = 255;
@@ -40,7 +40,7 @@ struct SlabRays {
 using TakeSlab = std::function<void(int slab, SlabRays rays)>;
 
 /// `front` over `back`, parts of the same slab, `front` nearer to the viewer on every ray: lengths
-/// and moments add (method §6). Associative.
+/// and moments add (method §5). Associative.
 void compositeSlabs(SlabRays& front, const SlabRays& back);
 
 /// Rounds slabs to levels, one after another, so that but one need be held as it was marched. The

@@ -19,7 +19,7 @@ struct PrimitiveFit {
   bool full = false;  ///< a full matrix instead of widths
 };
 
-/// [[classifier]]: features of one to four fields at once (method §4).
+/// [[classifier]]: features of one to four fields at once (classification §4).
 struct ClassifierConfig {
   std::string name = "features";  ///< in the archive, where fields have theirs
   nlohmann::json json;            ///< as classifierFromJson() reads it

@@ -71,7 +71,7 @@ struct TriggerConfig {
   std::optional<Change> change;
 };
 
-/// [sliced]: stacks of depth slabs (method §6).
+/// [sliced]: stacks of depth slabs (method §5).
 struct SlicedConfig {
   std::string stacks = "axes";  ///< "views", or a set of viewSet(); opposite views count once
   int pixels = 512;             ///< most along a side of a stack of a set
@@ -87,7 +87,7 @@ struct FixedKeys {
   bool cadence = false;  ///< [trigger]
 };
 
-/// [training]: pictures that the explorer learns colours from (visualization-by-proxy §6.2).
+/// [training]: pictures that the explorer learns colours from [Tikhonova 2010, §6.2].
 struct TrainingConfig {
   int pictures = 3;           ///< of each view: the base function's, and under changed opacities
   double scale = 0.1;         ///< of the opacities that are changed
@@ -129,7 +129,7 @@ struct Config {
   std::optional<double> fieldAbsoluteError;  ///< ... or in the field's units
   bool phong = false;
   double stepLength = 0.0;       ///< world; 0 = the smallest spacing
-  double referenceLength = 0.0;  ///< world; 0 = the domain's diagonal / 100 (method §0)
+  double referenceLength = 0.0;  ///< world; 0 = the domain's diagonal / 100 (method §1)
 
   std::optional<SlicedConfig> sliced;
   bool features = false;                       ///< of each classifier, flat

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One ray through one block: integrals of a classifier's weights (method §4, §6), depth slab by
+// One ray through one block: integrals of a classifier's weights (method §5, classification §4), depth slab by
 // depth slab or along the whole ray. Samples stand where march.glsl has them.
 //
 // FeatureMarcher puts march_field.glsl, the classifier's classify() and this file together and

@@ -10,7 +10,7 @@
 
 namespace vestige {
 
-/// What a march of features is to make (method §4, §6).
+/// What a march of features is to make (method §5, classification §4).
 struct FeatureRequest {
   Camera camera;
   ImageSize size;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One ray through one block, marched once for every proxy (method §0, §2).
+// One ray through one block, marched once for every proxy (method §1 and §2).
 //
 // Depth along the ray is z = (Z - Z_0) / scale with Z_0 of the whole domain, so every block of a
 // domain samples at the same depths i * stepDepth. Values are normalised to the partition.

@@ -13,7 +13,7 @@ uniform float baseColorRate;      // colour; the greatest change of colour in a 
 #endif
 
 #ifdef CUSTOM
-// Position-dependent classification (method §5): what a sample's value and a step's optics become at
+// Position-dependent classification (classification §6): what a sample's value and a step's optics become at
 // their place. Values are those of the partition's range.
 uniform sampler3D customOptics;  // factor of extinction, shift of colour
 uniform vec3 customFromLocal, customOrigin;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One ray through one block once more, for piecewise-analytic layers (method §3): where its
+// One ray through one block once more, for piecewise-analytic layers (method §2): where its
 // transmittance passes given values, and the light of each layer, now that the transmittance in
 // front of the block and at the far end of the whole ray are known. With SLICES, instead: its
 // optical depth in the block up to each of so many planes, which makes shadows when the camera is a

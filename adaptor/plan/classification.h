@@ -56,7 +56,7 @@ FieldReader readerOf(const PlannedField& field, const Block& block);
 FieldReader gradientReaderOf(std::span<const PlannedField> fields, std::vector<double> ranges,
                              const Block& block);
 
-/// How a field's values are told apart and shown in a run (method §0, §2).
+/// How a field's values are told apart and shown in a run (method §1 and §2).
 struct Classification {
   IntervalPartition partition;
   TransferFunction base;

@@ -13,7 +13,7 @@ namespace vestige {
 TransferFunction withScaledOpacity(const TransferFunction& base, double low, double high,
                                    double scale);
 
-/// The looks of a view's training pictures (visualization-by-proxy §6.2): the base function, then
+/// The looks of a view's training pictures [Tikhonova 2010, §6.2]: the base function, then
 /// the same with the opacities of one group of intervals after the other times `scale`, in [0, 1].
 /// The groups, at least two, follow each other in value and hold about equally many intervals that
 /// are not transparent; as many looks as asked for, or fewer where there are fewer such intervals.

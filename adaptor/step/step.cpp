@@ -7,16 +7,16 @@
 #include <optional>
 
 #include "adaptor/common/adaptor_error.h"
-#include "adaptor/volume/customization_pass.h"
+#include "adaptor/common/stopwatch.h"
+#include "adaptor/compositing/ray_sorter.h"
+#include "adaptor/plan/training_looks.h"
 #include "adaptor/step/field_assembly.h"
 #include "adaptor/step/preview.h"
-#include "adaptor/compositing/ray_sorter.h"
-#include "adaptor/common/stopwatch.h"
-#include "adaptor/plan/training_looks.h"
+#include "adaptor/volume/customization_pass.h"
 #include "proxy/format/exr/exr_threads.h"
+#include "proxy/format/exr/png_file.h"
 #include "proxy/format/layout/layered_layout.h"
 #include "proxy/format/layout/learned_layout.h"
-#include "proxy/format/exr/png_file.h"
 #include "proxy/format/layout/proxy_layout.h"
 
 namespace vestige {
@@ -270,7 +270,7 @@ ViewRays StepMarcher::marchView(const StepFrame& frame, const StepField& field, 
   RayImage all = marchRays(frame, field, request, threads, times);
   if (!config_.layered) return {std::move(all), std::nullopt, {}};
 
-  // Once more, now that it is known what is left of each ray (method §3).
+  // Once more, now that it is known what is left of each ray (method §2).
   LayerGatherer gatherer(config_.layers, all.transmittance);
   for (const BlockPart& part : partsInOrder(frame, view.camera)) {
     upload(frame, field, part, threads, times);

@@ -48,7 +48,7 @@ ExportArray pictureArray(const ProxyHeader& header, std::string part) {
 }
 
 /// Planes of depths get one of their distortion Z/κ beside them in multi-perspective views
-/// (visualization-by-proxy eq. 2), which is not stored because it follows.
+/// [Tikhonova 2010, eq. 2], which is not stored because it follows.
 void addDistortion(const ProxyHeader& header, ProxyPart& part) {
   if (header.camera.projection != Projection::MultiPerspective) return;
   const std::size_t stored = part.channels.size();

@@ -15,7 +15,7 @@ struct RecomposedFeatures {
   std::vector<float> doubt;  ///< [pixel] largest change of a linear colour; empty unless asked for
 };
 
-/// The picture of a stack's own view under any optics of its channels (method §6): the optical
+/// The picture of a stack's own view under any optics of its channels (method §5): the optical
 /// depth of each slab is exact. Inside a slab each channel's density is a straight line that keeps
 /// its integral and leans toward its neighbours' in the slabs before and behind, no farther than to
 /// 0. [channel] optics as Classifier::optics().

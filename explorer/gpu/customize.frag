@@ -1,6 +1,6 @@
 #version 300 es
 // SPDX-License-Identifier: BSD-3-Clause
-// Position-dependent classification of a depth layer (method §5): each pixel's surface has a place,
+// Position-dependent classification of a depth layer (classification §6): each pixel's surface has a place,
 // at which the factor and the shift of colour are looked up.
 precision highp float;
 precision highp int;

@@ -14,7 +14,7 @@
 namespace vestige {
 
 /// What the explorer's passes share. Rows are uploaded and read from the top, so gl_FragCoord.xy is
-/// the pixel position of method §0 and no pass turns pictures over. Everything here runs inside
+/// the pixel position of method §1 and no pass turns pictures over. Everything here runs inside
 /// Device::run and keeps to OpenGL ES 3.0, so that WebGL2 can do the same.
 namespace gpu {
 

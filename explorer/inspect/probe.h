@@ -17,7 +17,7 @@ struct ProbeShare {
   double length;     ///< world
 };
 
-/// What a stack holds of one ray in one slab (method §6): the distribution of values there.
+/// What a stack holds of one ray in one slab (method §5): the distribution of values there.
 struct ProbeCell {
   int slab;
   double nearDepth, farDepth;  ///< planar

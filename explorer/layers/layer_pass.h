@@ -45,7 +45,7 @@ struct LayerTextures {
 /// A rotated view of depth layers; depth: of the nearest sampled surface.
 using WarpedView = DrawnView;
 
-/// Relighting (visualization-by-proxy §5), proxy ambient occlusion (eq. 5) and view synthesis by
+/// Relighting [Tikhonova 2010, §5], proxy ambient occlusion (eq. 5) and view synthesis by
 /// warping the layers as meshes with one vertex a pixel. Made, used and destroyed in Device::run.
 class LayerPass {
  public:

@@ -1,6 +1,6 @@
 #version 300 es
 // SPDX-License-Identifier: BSD-3-Clause
-// Epipolar ray casting of piecewise-analytic layers (piecewise-analytic-novel-views §3.3). A ray of
+// Epipolar ray casting of piecewise-analytic layers [Lochmann 2016, §3.3]. A ray of
 // the new view is a line in the stored picture: its pixels are walked, in each the ray crosses some
 // of the pixel's layers, homogeneous media that have a closed form, front to back.
 //
@@ -33,7 +33,7 @@ uniform float firstDepth;  // t of the camera plane
 uniform float opaque;      // rays end where so much light is left
 
 #ifdef CUSTOM
-// Position-dependent classification (method §5): factor of extinction, shift of colour.
+// Position-dependent classification (classification §6): factor of extinction, shift of colour.
 uniform highp sampler3D customOptics;
 uniform vec3 customFromBox;  // texture coordinate = 1/2 + place in [-1, 1]^3 * this
 #endif

@@ -7,14 +7,14 @@
 
 #include "explorer/gpu/custom_textures.h"
 #include "explorer/gpu/gpu.h"
-#include "explorer/picture/picture.h"
 #include "explorer/gpu/probed_rays.h"
+#include "explorer/picture/picture.h"
 #include "explorer/picture/stretch.h"
 #include "proxy/format/layout/layered_layout.h"
 
 namespace vestige {
 
-/// Piecewise-analytic layers of one view as the GPU holds them (method §3).
+/// Piecewise-analytic layers of one view as the GPU holds them (method §2).
 struct LayeredTextures {
   Camera camera;
   ImageSize size;
@@ -36,7 +36,7 @@ struct LayeredView {
   std::vector<float> guess;  ///< [pixel] share of the light that came by space that is not stored
 };
 
-/// Epipolar ray casting of layers (piecewise-analytic-novel-views §3.3), for orthographic and
+/// Epipolar ray casting of layers [Lochmann 2016, §3.3], for orthographic and
 /// perspective cameras on both sides. At the stored view the picture is the stored one to rounding.
 /// Space that is not stored, behind saturated rays and outside of the stored picture, is empty and
 /// counts as a guess. Made, used and destroyed in Device::run.

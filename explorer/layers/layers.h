@@ -3,14 +3,14 @@
 
 #include <vector>
 
-#include "explorer/recomposition/decode.h"
 #include "explorer/layers/layer_pass.h"
+#include "explorer/recomposition/decode.h"
 
 namespace vestige {
 
 /// The depth layer that stands for each channel of a partition, by index into `isovalues`: the
 /// isovalue nearest to the middle of the interval, which bounds it or lies in it when layers are
-/// dense (visualization-by-proxy Fig. 1d). -1 for no data, and everywhere without isovalues.
+/// dense [Tikhonova 2010, Fig. 1d]. -1 for no data, and everywhere without isovalues.
 std::vector<int> layerOfChannels(const IntervalPartition& partition,
                                  const std::vector<double>& isovalues);
 

@@ -1,7 +1,7 @@
 #version 300 es
 // SPDX-License-Identifier: BSD-3-Clause
 // Light on a depth layer: Blinn-Phong with movable lights and proxy ambient occlusion
-// (visualization-by-proxy §5, eq. 5). rgb = ambient and diffuse light, a = specular.
+// [Tikhonova 2010, §5, eq. 5]. rgb = ambient and diffuse light, a = specular.
 precision highp float;
 precision highp int;
 precision highp sampler2DArray;

@@ -9,7 +9,7 @@
 namespace vestige {
 
 /// Histogram of the angle between the surface normal and the ray, back to where it came from, at
-/// the hits of depth layers, in bins of ten degrees (visualization-by-proxy §4.4, Fig. 6b-d).
+/// the hits of depth layers, in bins of ten degrees [Tikhonova 2010, §4.4, Fig. 6b-d].
 /// Surfaces that rays graze are sampled thinly and hide much: mass at high angles predicts large
 /// errors of turned views. Pixels without a stored normal are left out.
 struct Radiality {

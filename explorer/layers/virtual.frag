@@ -1,6 +1,6 @@
 #version 300 es
 // SPDX-License-Identifier: BSD-3-Clause
-// Volumetric view synthesis of a multi-perspective view (visualization-by-proxy §4.3.1): a new ray is
+// Volumetric view synthesis of a multi-perspective view [Tikhonova 2010, §4.3.1]: a new ray is
 // marched through the box; at each point the intervals of the stored pixel that saw it are looked
 // up, and those whose start the ray has passed, but not their end, are added, each once.
 precision highp float;

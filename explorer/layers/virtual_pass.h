@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "explorer/recomposition/decode.h"
 #include "explorer/gpu/drawn_view.h"
-#include "explorer/recomposition/edit_pass.h"
 #include "explorer/gpu/gpu.h"
 #include "explorer/picture/stretch.h"
+#include "explorer/recomposition/decode.h"
+#include "explorer/recomposition/edit_pass.h"
 
 namespace vestige {
 
@@ -33,7 +33,7 @@ struct SheetTextures {
 /// A view by virtual ray marching; depth: where half of the light is gone.
 using VirtualView = DrawnView;
 
-/// Volumetric view synthesis (visualization-by-proxy §4.3.1). A new ray is marched through the box;
+/// Volumetric view synthesis [Tikhonova 2010, §4.3.1]. A new ray is marched through the box;
 /// its point (ρ, Z) belongs to the pixel r = ρ + Z/κ of the stored picture. Where its effective
 /// distortion Z/κ has passed that of the start of an interval there, the interval's whole opacity
 /// under the current look is added, once a ray; but not beyond the interval's end, where the paper
@@ -42,7 +42,7 @@ using VirtualView = DrawnView;
 class VirtualPass {
  public:
   /// Where a point looks its pixel up: where the stored rays saw it, or, as the paper has it, at
-  /// its undistorted place (r = ρ), kept to be compared (docs/method.md).
+  /// its undistorted place (r = ρ), kept to be compared (method §3).
   enum class Lookup { Distorted, Undistorted };
 
   /// `target` is orthographic or perspective, else InvalidArgument, in the scene of `stretch`.

@@ -1,6 +1,6 @@
 #version 300 es
 // SPDX-License-Identifier: BSD-3-Clause
-// A depth layer drawn from another camera (visualization-by-proxy §4.3: undistortion, eq. 3-4, and
+// A depth layer drawn from another camera ([Tikhonova 2010, §4.3]: undistortion, eq. 3-4, and
 // projection). No attributes. Whole surface: each pixel is a quad whose corners lie at the mean depth of the pixels
 // around that belong to the same surface, so that neighbours join and silhouettes break. Mesh: the
 // triangles between pixel centres; they close the cracks between quads that disagree about a corner,

@@ -30,7 +30,7 @@ enum class Order { Auto, Runs, Mean };
 inline constexpr std::size_t kRunsPixels = 512 * 512;
 enum class NormalSource { Stored, Depth };
 /// Whose colours a recomposed picture has: the transfer function's, or those that the archive's
-/// table of learned colours gives each distribution of attenuation (visualization-by-proxy §6.2).
+/// table of learned colours gives each distribution of attenuation [Tikhonova 2010, §6.2].
 enum class Coloring { Function, Learned };
 /// What the picture is made of: the intervals (volume) or warped depth layers; MIP; the run's own
 /// reference rendering; piecewise-analytic layers (layered); the stored field; sliced stacks;
@@ -93,7 +93,7 @@ struct Material {
   friend bool operator==(const Material&, const Material&) = default;
 };
 
-/// Proxy ambient occlusion (visualization-by-proxy §5, eq. 5). The radius is a fraction of the
+/// Proxy ambient occlusion [Tikhonova 2010, §5, eq. 5]. The radius is a fraction of the
 /// domain's diagonal.
 struct AmbientOcclusion {
   bool on = false;
@@ -101,7 +101,7 @@ struct AmbientOcclusion {
   friend bool operator==(const AmbientOcclusion&, const AmbientOcclusion&) = default;
 };
 
-/// Depth-aware enhancement (visualization-by-proxy §6.5, eq. 11).
+/// Depth-aware enhancement [Tikhonova 2010, §6.5, eq. 11].
 struct Enhancement {
   bool on = false;
   double lambda = 1.5, gamma = 1.0;

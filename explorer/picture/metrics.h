@@ -30,14 +30,14 @@ struct PixelRect {
   friend bool operator==(const PixelRect&, const PixelRect&) = default;
 };
 
-// How pictures are compared (method §7). Values are clamped to [0, 1] first. All throw
+// How pictures are compared (method §10). Values are clamped to [0, 1] first. All throw
 // InvalidArgument when the sizes differ, the rectangle is empty or leaves the picture, or a value
 // in it is NaN. Without a rectangle the whole picture counts.
 
 /// Peak signal-to-noise ratio in dB for a peak of 1, over all channels; +infinity when equal.
 double psnr(const RgbView& a, const RgbView& b, const std::optional<PixelRect>& rect = {});
 
-/// Mean structural similarity (Wang et al. 2004): Gaussian window of 11 x 11 pixels, sigma 1.5,
+/// Mean structural similarity [Wang 2004]: Gaussian window of 11 x 11 pixels, sigma 1.5,
 /// K1 = 0.01, K2 = 0.03, population moments, mean over the windows that lie wholly in the rectangle
 /// and over the three channels. Along a side of n < 11 pixels the window is the largest odd number
 /// <= n wide. In [-1, 1]; 1 when equal.

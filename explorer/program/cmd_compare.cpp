@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "explorer/program/cli.h"
 #include "explorer/picture/metrics.h"
 #include "explorer/picture/picture.h"
+#include "explorer/program/cli.h"
 #include "explorer/renderer/renderer.h"
 #include "proxy/base/error.h"
 #include "proxy/format/layout/field_layout.h"
@@ -32,7 +32,7 @@ Measures measure(const Picture& a, const Picture& b) {
                 fmt::format("the pictures have {} x {} and {} x {} pixels", a.size.width,
                             a.size.height, b.size.width, b.size.height));
   }
-  // Over black, as method §7 wants it: premultiplied colours are just that.
+  // Over black, as method §10 wants it: premultiplied colours are just that.
   const RgbView left = RgbView::interleaved(a.size, a.rgba, 4);
   const RgbView right = RgbView::interleaved(b.size, b.rgba, 4);
   const double similarity = ssim(left, right);

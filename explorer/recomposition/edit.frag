@@ -4,7 +4,7 @@
 // A' = 1 - exp(-strength * amount), C += T A' c', T *= 1 - A', front to back. Pieces that are mixed
 // make one homogeneous stretch: depths add, colours average weighted by them.
 // Variants by #define: SHADED multiplies a channel's colour by the light on its own depth layer
-// (visualization-by-proxy Fig. 1d), ENHANCED darkens by depth-aware enhancement (eq. 11), TRUST
+// [Tikhonova 2010, Fig. 1d], ENHANCED darkens by depth-aware enhancement (eq. 11), TRUST
 // gives the largest change that an unknown order could make, ATTENUATION gives a'_k of 4 channels,
 // ONE_LAYER recomposes the pieces that belong to one depth layer only.
 precision highp float;

@@ -43,8 +43,8 @@ struct EditExtras {
   int oneLayer = -1;                          ///< >= 0: only the pieces of this layer
 };
 
-/// Recomposes edited pictures (method §2 "opacity change"; explorer/recomposition/edit.frag). Made, used
-/// and destroyed inside Device::run; programs are compiled when first needed and kept.
+/// Recomposes edited pictures (method §2 "opacity change"; explorer/recomposition/edit.frag). Made,
+/// used and destroyed inside Device::run; programs are compiled when first needed and kept.
 class EditPass {
  public:
   EditPass();
@@ -62,7 +62,7 @@ class EditPass {
   /// The same on the CPU: [channel / 4][pixel][channel % 4], of `channels` channels.
   std::vector<std::vector<float>> readAttenuation(const gl::Texture& attenuation, ImageSize size,
                                                   int channels);
-  /// r = λ Σ_k ‖∇_xy a'_k‖^γ clamped to [0, 1] (eq. 11); gradients
+  /// r = λ Σ_k ‖∇_xy a'_k‖^γ clamped to [0, 1] [Tikhonova 2010, eq. 11]; gradients
   /// are per 1/512 of the picture's height, so that λ means the same at every size.
   gl::Texture enhancement(const PieceTextures& pieces, const ChannelTable& table, double lambda,
                           double gamma);

@@ -1,6 +1,6 @@
 #version 300 es
 // SPDX-License-Identifier: BSD-3-Clause
-// Depth-aware enhancement (visualization-by-proxy §6.5, eq. 11): r = λ Σ_k ‖∇_xy a_k‖^γ.
+// Depth-aware enhancement [Tikhonova 2010, §6.5, eq. 11]: r = λ Σ_k ‖∇_xy a_k‖^γ.
 precision highp float;
 precision highp int;
 precision highp sampler2DArray;

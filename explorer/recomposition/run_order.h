@@ -28,7 +28,7 @@ struct RayEnds {
 void orderByMeanDepth(std::span<RayInterval> ray, std::vector<Piece>& pieces);
 
 /// The likely order where channels have several runs. `ray` holds every channel that is there, no
-/// data included, so that the lengths fill the chord. Three steps (docs/method.md "The order along
+/// data included, so that the lengths fill the chord. Three steps (method §4, "The order along
 /// a ray"):
 ///  1. A continuous field steps from a channel to its neighbour only, so run counts and ends give
 ///     the number of crossings of every bound. Where that is one or two, lengths and mean depths

@@ -1,6 +1,6 @@
 #version 300 es
 // SPDX-License-Identifier: BSD-3-Clause
-// Colour from attenuation (visualization-by-proxy §6.2): the cluster whose centroid is nearest to
+// Colour from attenuation [Tikhonova 2010, §6.2]: the cluster whose centroid is nearest to
 // the pixel's attenuation (eq. 10), then that cluster's affine map (eq. 8). ENHANCED darkens by
 // depth-aware enhancement (eq. 11).
 precision highp float;

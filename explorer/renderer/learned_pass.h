@@ -19,7 +19,7 @@ gl::Texture attenuationFrom(EditPass& edit, ViewData& view, std::string_view fro
 /// What a table is, in words: "24 clusters of length from 3 pictures (headlight), RMS error ...".
 std::string learnedNote(const ProxyHeader& header);
 
-/// Draws with learned colours (visualization-by-proxy §6.2; explorer/renderer/learned.frag). Made,
+/// Draws with learned colours ([Tikhonova 2010, §6.2]; explorer/renderer/learned.frag). Made,
 /// used and destroyed inside Device::run.
 class LearnedPass {
  public:

@@ -8,15 +8,15 @@
 
 #include "explorer/annotation/annotate.h"
 #include "explorer/annotation/draw_seeds.h"
+#include "explorer/annotation/ticks.h"
 #include "explorer/picture/look_units.h"
 #include "explorer/renderer/look_warnings.h"
 #include "explorer/renderer/renderer_impl.h"
 #include "explorer/stacks/stack_pieces.h"
 #include "explorer/volume/surface_palette.h"
-#include "explorer/annotation/ticks.h"
 #include "proxy/base/error.h"
-#include "proxy/format/image/length_unit.h"
 #include "proxy/base/nearest_word.h"
+#include "proxy/format/image/length_unit.h"
 
 namespace vestige {
 namespace {
@@ -49,7 +49,7 @@ std::unique_ptr<Classifier> classifierOf(const Look& look) {
 }
 
 /// Whether a look's classifier is a function of one value, which any proxy can be drawn with.
-/// Light on surfaces of a density (Drebin et al.) is more than that.
+/// Light on surfaces of a density [Drebin 1988] is more than that.
 bool isTransferFunction(const Classifier& classifier, const Look& look) {
   const bool lit = look.isLit() && !classifier.densities().empty();
   return classifier.fields().size() == 1 && !classifier.needsGradient() && !classifier.maximum() &&

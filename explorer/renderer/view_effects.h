@@ -7,7 +7,7 @@
 
 namespace vestige {
 
-/// Pictures made of several views (piecewise-analytic-novel-views §4.3). Angles in degrees about
+/// Pictures made of several views [Lochmann 2016, §4.3]. Angles in degrees about
 /// the domain's centre, in the viewer's frame; for every source that can be turned.
 struct ViewEffects {
   /// Angle between the two eyes; 0 = one. The left eye's picture stands to the left of the right's.

@@ -15,7 +15,7 @@ struct Visit {
   float levels = 0.0f;
 };
 
-/// The order of what a ray met in one slab (method §6 "sliced opacity lengths"). A continuous field
+/// The order of what a ray met in one slab (method §5 "sliced opacity lengths"). A continuous field
 /// passes from a rank to its neighbours only, so between the ranks at the slab's faces the path
 /// runs over its extremes: enter -> (the extreme met first) -> (the other) -> leave. Ranks met once
 /// keep their whole length; those met before and after a turn are divided in one ratio a turn, such

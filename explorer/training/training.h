@@ -29,7 +29,7 @@ std::vector<std::string> trainableViews(const Archive& archive, long cycle,
 LearningSamples learningSamples(gl::Device& device, const Archive& archive,
                                 const TrainingRequest& request, ProxyHeader& header);
 
-/// The table of learned colours of a view (visualization-by-proxy §6.2), ready to be stored. Throws
+/// The table of learned colours of a view [Tikhonova 2010, §6.2], ready to be stored. Throws
 /// NotFound when the view stores no picture, or nothing that attenuation can be recomposed from,
 /// Format when the two have not the same size or camera.
 ProxyImage trainColors(gl::Device& device, const Archive& archive, const TrainingRequest& request);

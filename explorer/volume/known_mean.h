@@ -6,7 +6,7 @@
 
 namespace vestige {
 
-/// A place between samples, of which some may have no data (docs/method.md): the mean of those that
+/// A place between samples, of which some may have no data (method §1): the mean of those that
 /// have, by their shares, and NaN where the one of the greatest share, the nearest, has none.
 class KnownMean {
  public:

@@ -195,7 +195,7 @@ LookGrid LookGrid::scalar(glm::ivec3 size, const glm::dmat4& worldFromGrid,
     most = std::max(most, value);
   }
   if (!(least <= most)) least = most = 0.0f;
-  // Normalised in double, so that 101325 +- 0.01 survives (method §0).
+  // Normalised in double, so that 101325 +- 0.01 survives (method §1).
   grid.valueZero = least;
   grid.valueUnit = most > least ? double(most) - double(least) : 1.0;
   grid.values = texture3D(GL_R32F, size, GL_LINEAR);

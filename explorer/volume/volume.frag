@@ -76,7 +76,7 @@ uniform sampler3D guess;
 #endif
 
 #ifdef CUSTOM
-// Position-dependent classification (method §5): parameters at a place, applied to its value and to
+// Position-dependent classification (classification §6): parameters at a place, applied to its value and to
 // its optics.
 uniform mat4 customFromCell;     // to texture coordinates
 uniform sampler3D customOptics;  // factor of extinction, shift of colour

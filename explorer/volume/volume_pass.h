@@ -9,8 +9,8 @@
 #include "explorer/gpu/custom_textures.h"
 #include "explorer/gpu/drawn_view.h"
 #include "explorer/gpu/light.h"
-#include "explorer/volume/look_grid.h"
 #include "explorer/gpu/probed_rays.h"
+#include "explorer/volume/look_grid.h"
 #include "proxy/camera/box.h"
 #include "proxy/camera/camera.h"
 
@@ -39,8 +39,8 @@ struct ClassifiedLook {
   std::vector<ChannelOptics> optics;       ///< [channel]
 };
 
-/// Position-dependent classification of a scalar grid (method §5): gamma at each sample, functions,
-/// factor and shift at the middle of a step.
+/// Position-dependent classification of a scalar grid (classification §6): gamma at each sample,
+/// functions, factor and shift at the middle of a step.
 struct CustomDrawing {
   const CustomTextures* textures = nullptr;
   std::vector<const OpticsTable*> blends;  ///< of Customization::functions, ends as the table's

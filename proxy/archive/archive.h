@@ -11,19 +11,19 @@
 #include <utility>
 #include <vector>
 
-#include "proxy/format/exr/exr_file.h"
-#include "proxy/format/layout/feature_layout.h"
-#include "proxy/format/image/proxy_image.h"
 #include "proxy/camera/raster.h"
+#include "proxy/format/exr/exr_file.h"
+#include "proxy/format/image/proxy_image.h"
+#include "proxy/format/layout/feature_layout.h"
 #include "proxy/format/layout/sliced_stack.h"
 
 namespace vestige {
 
 class ArchiveLock;
 
-/// One row of data.csv: the columns time, cycle, view, field, proxy, FILE_exr, FILE (design.md
-/// "Archive"). Paths are relative to the archive and stay inside it. Without a preview, FILE names
-/// the EXR once more: Cinema has no empty cells.
+/// One row of data.csv: the columns time, cycle, view, field, proxy, FILE_exr, FILE
+/// (docs/archive-format.md, "The table"). Paths are relative to the archive and stay inside it.
+/// Without a preview, FILE names the EXR once more: Cinema has no empty cells.
 struct ArchiveRow {
   double time = 0.0;
   long cycle = 0;

@@ -25,7 +25,7 @@ struct ImageSize {
 ImageSize squarePixels(ImageSize size, double pixelAspect);
 
 /// A ray in world space. `direction` is a unit vector; one unit along it is `depthPerLength` units
-/// of planar depth Z (method §0: ds = dZ / cos θ).
+/// of planar depth Z (method §1: ds = dZ / cos θ).
 struct Ray {
   glm::dvec3 origin;
   glm::dvec3 direction;
@@ -33,14 +33,14 @@ struct Ray {
   double lastDepth = std::numeric_limits<double>::infinity();  ///< planar Z at which it ends
 };
 
-/// MultiPerspective: the volume distortion camera of visualization-by-proxy §4.1-4.2 with a single
+/// MultiPerspective: the volume distortion camera of [Tikhonova 2010, §4.1-4.2] with a single
 /// pole at the picture's centre. The ray of the pixel at radius r (world units on the camera plane)
 /// runs from there to the pole line, the view axis, which it meets at depth κ r and where it ends;
 /// κ = `convergence`. At depth Z it stands at radius ρ = r - Z/κ: a point (ρ, Z) is seen by the
 /// pixel r = ρ + Z/κ in the same direction from the pole, Z/κ being its distortion (eq. 1-2).
 enum class Projection { Orthographic, Perspective, MultiPerspective };
 
-/// A pinhole, orthographic or multi-perspective camera (method §0). Eye space: x right, y up, z
+/// A pinhole, orthographic or multi-perspective camera (method §1). Eye space: x right, y up, z
 /// toward the viewer. Depth Z is planar: the distance from the camera plane (through `position`,
 /// normal to `forward`) along `forward`, in world units. Pixel (0, 0) is the top left; its centre
 /// is at (0.5, 0.5).

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Levoy's boundary opacity (direct-volume-rendering-notes; method §1): a material boundary at a
+// Levoy's boundary opacity ([Bergeron]; method §1): a material boundary at a
 // value weighs w = max(0, 1 - |v - value| / (thickness ‖∇v‖)), which makes every boundary about
 // `thickness` thick in the world, however steep the field; 1 where v = value and ∇v = 0.
 #include <fmt/format.h>
@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "proxy/classifier/kinds.h"
 #include "proxy/base/json_object.h"
+#include "proxy/classifier/kinds.h"
 
 namespace vestige {
 namespace {

@@ -116,8 +116,8 @@ class Classifier {
     return false;
   }
   static constexpr double kNegligible = 1e-6;
-  /// [channel] density ρ: light falls on surfaces of D = Σ ρ w, its gradient their normal (Drebin
-  /// et al., method §1). Empty: on those of the extinction.
+  /// [channel] density ρ: light falls on surfaces of D = Σ ρ w, its gradient their normal ([Drebin
+  /// 1988], method §1). Empty: on those of the extinction.
   virtual std::vector<double> densities() const { return {}; }
   /// Not nullptr: no channels and no weights; a ray shows the colour of the greatest value of the
   /// one field along it.

@@ -8,7 +8,7 @@
 
 namespace vestige {
 
-/// What samples of fields say of the feature they were taken from (gaussian-transfer-functions §6).
+/// What samples of fields say of the feature they were taken from [Kniss 2003, §6].
 struct FittedPrimitive {
   std::size_t samples = 0;  ///< that had data
   std::array<double, 4> mean{}, deviation{};

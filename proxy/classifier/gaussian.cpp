@@ -9,9 +9,9 @@
 #include <numbers>
 #include <optional>
 
-#include "proxy/classifier/kinds.h"
 #include "proxy/base/error.h"
 #include "proxy/base/json_object.h"
+#include "proxy/classifier/kinds.h"
 
 namespace vestige {
 namespace {
@@ -263,7 +263,7 @@ vec2 erfParts(float x) {
   return vec2(x * p, q);
 }
 
-// Mean of a Gaussian primitive over a segment (gaussian-transfer-functions eq. 11-14), without a
+// Mean of a Gaussian primitive over a segment [Kniss 2003, eq. 11-14], without a
 // branch, which software rasterisers take both ways. K comes as an upper triangle.
 float meanOfPrimitive(int first, vec4 a, vec4 b, float gradient) {
   vec4 row0 = parameters[first], row1 = parameters[first + 1], row23 = parameters[first + 2];

@@ -8,7 +8,7 @@
 
 namespace vestige {
 
-/// A Gaussian transfer function over n fields (gaussian-transfer-functions §3):
+/// A Gaussian transfer function over n fields [Kniss 2003, §3]:
 /// g(v) = exp(-‖K (v - c)‖²), or, with a thickness, the triangular form (§3.2)
 /// exp(-‖K (v - c) / (thickness ĝ)‖²) with ĝ = FieldSample::gradient, 0 where that is 0.
 struct GaussianPrimitive {

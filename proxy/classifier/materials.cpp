@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Probabilistic materials (Drebin et al. 1988; direct-volume-rendering-notes; method §1): a value
+// Probabilistic materials ([Drebin 1988]; [Bergeron]; method §1): a value
 // is of material m with probability p_m = P_m / Σ_j P_j, P_m a normal distribution; there is no
 // threshold. Σ p = 1 everywhere: far from every material, where all P underflow, the ratio goes to
 // its limit, so that such a value belongs to the widest material (of equally wide ones to the
@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "proxy/classifier/kinds.h"
 #include "proxy/base/json_object.h"
+#include "proxy/classifier/kinds.h"
 
 namespace vestige {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Maximum intensity projection (direct-volume-rendering-notes p. 8; method §1): a ray shows the
+// Maximum intensity projection ([Bergeron, p. 8]; method §1): a ray shows the
 // colour of the greatest value along it; no channels and no weights. Keys: colormap (a name;
 // "viridis"), range ([low, high], the values at its ends; by default the field's).
 #include <fmt/format.h>
@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "proxy/classifier/kinds.h"
 #include "proxy/base/json_object.h"
+#include "proxy/classifier/kinds.h"
 
 namespace vestige {
 namespace {

@@ -26,7 +26,7 @@ struct BlendFunction {
   friend bool operator==(const BlendFunction&, const BlendFunction&) = default;
 };
 
-/// What a seed changes of the classification around it (position-dependent-classification §3,
+/// What a seed changes of the classification around it ([Brix 2015, §3],
 /// step 1). The defaults change nothing.
 struct SeedParameters {
   double opacity = 1.0;   ///< factor of the extinction, [0, 1000]
@@ -54,7 +54,7 @@ struct SeedPoint {
   SeedParameters parameters;
 };
 
-/// Position-dependent classification (Brix et al.): parameters of the transfer function at seeds,
+/// Position-dependent classification [Brix 2015]: parameters of the transfer function at seeds,
 /// interpolated over the domain between them and the eight corners of its box. JSON in looks and
 /// TOML in situ have the same keys: docs/classification.md "Position-dependent customisation".
 struct Customization {

@@ -28,7 +28,7 @@ struct CellRun {
   int seed = 0;
 };
 
-/// The discrete Voronoi cells of seeds on a grid (position-dependent-classification §5.2, Alg. 1):
+/// The discrete Voronoi cells of seeds on a grid [Brix 2015, §5.2, Alg. 1]:
 /// runs that cover every node once, sorted by the seed's row, then z, y, x. Of seeds equally near
 /// the first one counts. Distances are those of nodes' indices, squared if Euclidean: integers.
 std::vector<CellRun> voronoiRuns(glm::ivec3 nodes, std::span<const GridSeed> seeds,
@@ -40,9 +40,9 @@ std::vector<CellRun> voronoiRuns(glm::ivec3 nodes, std::span<const GridSeed> see
 inline constexpr int kMostNodes = 128;
 void requireSeeds(glm::ivec3 nodes, std::span<const GridSeed> seeds, std::size_t rows);
 
-/// Discrete natural-neighbour (Sibson) interpolation on every node of a grid, cells clipped to it
-/// (§4.3-5.2): at a seed, its own values; elsewhere the mean over the nodes v with
-/// distance(q, v) <= distance(v, its seed) of the values of v's seed. Returns [node], x fastest.
+/// Discrete natural-neighbour [Sibson 1981] interpolation on every node of a grid, cells clipped to
+/// it (§4.3-5.2): at a seed, its own values; elsewhere the mean over the nodes v with distance(q,
+/// v) <= distance(v, its seed) of the values of v's seed. Returns [node], x fastest.
 ///
 /// Faster than the paper's Alg. 2, in which every node looks at every node, O(n^6): a run of a cell
 /// counts for one row of nodes at once, by a table of thresholds (cell_counts.h), and only for the

@@ -18,10 +18,10 @@ struct DeviceInfo {
   bool isSoftware() const;
 };
 
-/// A headless OpenGL 4.3+ core context on a thread of its own (design.md "GL device"): every GL
-/// call is made inside `run`, with a clean floating-point environment, default affinity and all
-/// signals blocked, so a host's floating-point traps, signal handlers, affinity and its own current
-/// context neither touch us nor are touched.
+/// A headless OpenGL 4.3+ core context on a thread of its own (docs/architecture.md, "Choices"):
+/// every GL call is made inside `run`, with a clean floating-point environment, default affinity
+/// and all signals blocked, so a host's floating-point traps, signal handlers, affinity and its own
+/// current context neither touch us nor are touched.
 class Device {
  public:
   /// OSMesa, opened at run time with dlopen. threads: of Mesa's software rasteriser, which keeps

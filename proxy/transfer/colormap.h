@@ -8,7 +8,7 @@
 namespace vestige {
 
 /// A colour map over [0, 1]. Control colours are given in sRGB as their authors publish them and
-/// interpolated in sRGB; `at` returns linear RGB (method §0).
+/// interpolated in sRGB; `at` returns linear RGB (method §1).
 class Colormap {
  public:
   /// "viridis", "inferno", "plasma", "magma", "cividis", "coolwarm", "grey", "hot", "turbo",

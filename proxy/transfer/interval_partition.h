@@ -9,7 +9,7 @@
 namespace vestige {
 
 /// A partition of the scalar axis into L intervals I_k = [b_k, b_{k+1}), the last one closed, and
-/// three more channels: below, above, no data (method §0). Channel order: 0..L-1, below = L,
+/// three more channels: below, above, no data (method §1). Channel order: 0..L-1, below = L,
 /// above = L+1, noData = L+2.
 class IntervalPartition {
  public:

@@ -25,7 +25,7 @@ struct IntervalLook {
   std::vector<glm::dvec3> color;   ///< [channels], linear RGB, extinction-weighted mean
 };
 
-/// Opacity and colour of a scalar, in the field's units (method §0). Piecewise-linear in opacity
+/// Opacity and colour of a scalar, in the field's units (method §1). Piecewise-linear in opacity
 /// per reference length; constant beyond the first and last point; no point at all = transparent.
 /// Two points that share a value are a jump, which belongs to the second. NaN is transparent.
 /// Constructor and setters sort the points and throw InvalidArgument naming the value unless all
@@ -83,8 +83,8 @@ TransferFunction transferFunctionFromJson(const nlohmann::json& json);
 /// "v:o,v:o,..." as on command lines; throws Config naming the piece that does not parse.
 std::vector<OpacityPoint> opacityFromText(const std::string& text);
 
-/// Of an opacity in [0, 1] per reference length: -ln(1 - opacity) / referenceLength, 1 / world unit,
-/// at most TransferFunction::kMaxOpticalDepth / referenceLength.
+/// Of an opacity in [0, 1] per reference length: -ln(1 - opacity) / referenceLength, 1 / world
+/// unit, at most TransferFunction::kMaxOpticalDepth / referenceLength.
 double extinctionOf(double opacity, double referenceLength);
 
 }  // namespace vestige

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Gaussian transfer functions (gaussian-transfer-functions):
+// Gaussian transfer functions [Kniss 2003]:
 //   gtf_integral_max_error{,_glsl}: of 10^5 segments that meet primitives of 1 to 4 fields, full K,
 //     plain and triangular, 0.1 to 1000 of a field's range narrow; against quadrature, and of the
 //     shader against the double-precision form (axes of K up to 30 times as long as one another:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Position-dependent classification: the time of a customisation volume, how far it is from
-// continuous natural neighbours, and what it costs a picture (position-dependent-classification
+// continuous natural neighbours, and what it costs a picture ([Brix 2015]
 // §5.4).
 #include <algorithm>
 #include <chrono>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // edit_psnr_SCENE[_flat_256px]_{mean,min}[_continuous]: the flat tier at its stored view (512^2, or
 // 256^2 pixels), edited with random transfer functions, against the raw field rendered on the CPU
-// (method §7); edit_bytes_percent_SCENE_flat[_256px]: its lengths, of the field in its own type.
+// (method §10); edit_bytes_percent_SCENE_flat[_256px]: its lengths, of the field in its own type.
 // usage: bench_edit --seeds A..B LINE...
 #include <algorithm>
 #include <cstdio>
 
-#include "explorer/recomposition/edit_pass.h"
 #include "explorer/picture/metrics.h"
+#include "explorer/recomposition/edit_pass.h"
 #include "explorer/recomposition/pieces.h"
 #include "proxy/format/exr/exr_file.h"
 #include "proxy/format/layout/proxy_layout.h"

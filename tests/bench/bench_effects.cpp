@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What stands in for light, against the raw field (visualization-by-proxy Figs. 9 and 14):
+// What stands in for light, against the raw field [Tikhonova 2010, Figs. 9 and 14]:
 //   ao_SCENE_{proxy,mask}: correlation of proxy ambient occlusion, and of the best unsharp mask of
 //     depth, with the share of the hemisphere that the raw isosurface covers;
 //   enhance_SCENE_{attenuation,image}: rank correlation of depth-aware enhancement (eq. 11), and of
@@ -14,12 +14,12 @@
 #include <glm/vector_relational.hpp>
 #include <numbers>
 
-#include "explorer/recomposition/edit_pass.h"
 #include "explorer/layers/layers.h"
 #include "explorer/picture/picture.h"
-#include "proxy/gl/functions.h"
+#include "explorer/recomposition/edit_pass.h"
 #include "proxy/base/parallel.h"
 #include "proxy/format/layout/proxy_layout.h"
+#include "proxy/gl/functions.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/layered_scenes.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Features of the developed plume (128^3, temperature x vorticity, four primitives) as the adaptor
 // marches and stores them, decoded and recomposed as the explorer does, against the raw fields
-// rendered on the CPU (method §7). The edits of a seed: every primitive is off (one in four) or has
-// an opacity in 0..1 per reference length, and a colour.
+// rendered on the CPU (method §10). The edits of a seed: every primitive is off (one in four) or
+// has an opacity in 0..1 per reference length, and a colour.
 //   feature_edit_psnr, feature_edit_psnr_min: of stacks of 20 slabs at their own view
 //   feature_edit_psnr_S{8,12,32,64}[_min]: of other stacks
 //   feature_edit_psnr_flat[_min]: of the flat proxy
@@ -24,8 +24,8 @@
 #include "adaptor/march/feature_march.h"
 #include "explorer/features/feature_grid.h"
 #include "explorer/features/feature_recomposition.h"
-#include "explorer/volume/grid_painter.h"
 #include "explorer/picture/metrics.h"
+#include "explorer/volume/grid_painter.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/sweep_scenes.h"
 #include "tests/support/classified_renderer.h"

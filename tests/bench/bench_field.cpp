@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // edit_psnr_SCENE_TIER_{mean,min}[_continuous], edit_bytes_percent_SCENE_TIER and
-// novel_view_dssim_SCENE_TIER_DEG of the reduced field, the yardstick of method §6: the field as it
+// novel_view_dssim_SCENE_TIER_DEG of the reduced field, the yardstick of method §5: the field as it
 // is stored and read, drawn by the explorer's ray caster, against the raw field rendered on the CPU
-// (method §7), with the functions of bench_sliced and at its views, so that both tiers stand on one
-// plot. One file serves all lines of a tier. Edits: pixels = voxels, seen along +y (smooth512:
+// (method §10), with the functions of bench_sliced and at its views, so that both tiers stand on
+// one plot. One file serves all lines of a tier. Edits: pixels = voxels, seen along +y (smooth512:
 // every other one); novel views: 256 x 256, mean over the functions. usage: bench_field --seeds
 // A..B LINE...
 #include <algorithm>
@@ -12,9 +12,9 @@
 #include <glm/trigonometric.hpp>
 #include <map>
 
+#include "explorer/picture/metrics.h"
 #include "explorer/volume/field_source.h"
 #include "explorer/volume/grid_painter.h"
-#include "explorer/picture/metrics.h"
 #include "proxy/format/exr/exr_file.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/sweep_scenes.h"

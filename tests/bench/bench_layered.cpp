@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // novel_view_dssim_SCENE_layered_DEG: layers of the front view as the adaptor stores them, drawn by
-// the explorer after a turn, against the raw field rendered on the CPU (method §3, §7;
-// piecewise-analytic-novel-views Tables 1 and 2, Fig. 9). The look is unlit, so that both sides see
+// the explorer after a turn, against the raw field rendered on the CPU (method §2 and §10;
+// [Lochmann 2016, Tables 1 and 2, Fig. 9]). The look is unlit, so that both sides see
 // the same light.
 // usage: bench_layered --seeds A..B LINE...
 #include <cmath>

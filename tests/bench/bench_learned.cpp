@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // learned_error_SCENE_K{1,8,24,48}, _T{1,2,3} and _function: lit pictures with learned colours
-// (visualization-by-proxy §6.2, Figs. 12 and 13) under opacities that no training picture had,
+// [Tikhonova 2010, §6.2, Figs. 12 and 13] under opacities that no training picture had,
 // through an archive as users make them, against the run's own marcher.
 // usage: bench_learned --seeds A..B LINE...
 #include <cmath>

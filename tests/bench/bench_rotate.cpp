@@ -2,7 +2,7 @@
 // rotate_depth_correlation_SCENE_DEG[_distorted][_covered] and
 // rotate_relit_dssim_SCENE_DEG[_distorted]: depth layers of the front view as the adaptor stores
 // them, orthographic or multi-perspective, warped and relit by the explorer, against the raw
-// field's isosurface drawn on the CPU at the rotated view (visualization-by-proxy Fig. 6a).
+// field's isosurface drawn on the CPU at the rotated view [Tikhonova 2010, Fig. 6a].
 // usage: bench_rotate --seeds A..B LINE...
 #include <algorithm>
 #include <cmath>
@@ -89,7 +89,7 @@ Agreement agreement(const std::vector<float>& made, const std::vector<float>& tr
 }
 
 /// The raw field's isosurface, opaque, in the colour of its value, under the light and material of
-/// the look: Blinn-Phong (visualization-by-proxy §5) with the gradient's normals, in double. Lights
+/// the look: Blinn-Phong [Tikhonova 2010, §5] with the gradient's normals, in double. Lights
 /// are given in eye space, where an orthographic camera's viewer is at +z.
 RgbPicture litSurface(const RayImage& truth, const MarchRequest& request, const Look& look) {
   RgbPicture picture{kSize, std::vector<float>(kSize.pixels() * 3, 0.0f)};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Sliced stacks as the adaptor marches and stores them, decoded and drawn as the explorer does,
-// against the raw field rendered on the CPU (method §7), random transfer functions:
+// against the raw field rendered on the CPU (method §10), random transfer functions:
 //   edit_psnr_SCENE_sliced_{mean,min}[_continuous[_L{32,64}]]: edits at the stored view
 //   edit_bytes_percent_SCENE_sliced[3][_L{32,64}]: of one stack, of three, of the native field
 //   novel_view_dssim_SCENE_sliced[3]_DEG: turned about the up axis, mean over the functions
@@ -15,8 +15,8 @@
 #include <glm/trigonometric.hpp>
 #include <map>
 
-#include "explorer/recomposition/edit_pass.h"
 #include "explorer/picture/metrics.h"
+#include "explorer/recomposition/edit_pass.h"
 #include "explorer/stacks/stack_grid.h"
 #include "explorer/stacks/stack_pieces.h"
 #include "explorer/volume/volume_pass.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // flat_storage_SCENE_P_N: bytes of N flat proxies (attenuation in N intervals) of P x P pixels of a
 // field, and flat_storage_seconds_...: what marching and encoding them takes in situ
-// (visualization-by-proxy Fig. 15). SCENE carries the samples along a side: smooth128.
+// [Tikhonova 2010, Fig. 15]. SCENE carries the samples along a side: smooth128.
 // flat_storage_raw_SCENE: bytes of the field itself, float32.
 // usage: bench_storage --seeds A..B LINE...   (nothing is random)
 #include <cstdio>

@@ -80,7 +80,8 @@ void classify(vec4 a, vec4 b, float gradientA, float gradientB, out float weight
 }
 )glsl";
 
-/// Table 4: the difference of erf from a table over [-3.6, 3.6]^2, the layer after the others.
+/// [Kniss 2003, Table 4]: the difference of erf from a table over [-3.6, 3.6]^2, the layer after
+/// the others.
 const char* const kTabled = R"glsl(
 void classify(vec4 a, vec4 b, float gradientA, float gradientB, out float weights[CHANNELS]) {
   for (int i = 0; i < CHANNELS; ++i) {

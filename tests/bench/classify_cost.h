@@ -9,7 +9,7 @@
 
 namespace vestige::test {
 
-/// A way to classify three fields and a gradient by primitives (gaussian-transfer-functions Table
+/// A way to classify three fields and a gradient by primitives ([Kniss 2003] Table
 /// 5).
 struct ClassifyWay {
   std::string name;

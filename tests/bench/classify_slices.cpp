@@ -71,7 +71,7 @@ void main() {
 }
 )glsl";
 
-/// The triangular primitive at a sample (Table 3).
+/// The triangular primitive at a sample [Kniss 2003, Table 3].
 const char* const kSampled = R"glsl(
 void classify(vec4 a, vec4 b, float gradientA, float gradientB, out float weights[CHANNELS]) {
   for (int i = 0; i < CHANNELS; ++i) {

@@ -11,7 +11,7 @@
 
 namespace vestige::test {
 
-/// What a scene is drawn with, slice by slice, in a shader (gaussian-transfer-functions Fig. 1).
+/// What a scene is drawn with, slice by slice, in a shader [Kniss 2003, Fig. 1].
 struct SliceScene {
   const Scene* scene = nullptr;
   Camera camera;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The storage part of docs/fidelity.md: bytes and seconds of flat proxies (paper 1, Fig. 15)."""
+"""The storage part of docs/fidelity.md: bytes and seconds of flat proxies [Tikhonova 2010, Fig. 15]."""
 import math
 import re
 

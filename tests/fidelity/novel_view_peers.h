@@ -6,7 +6,7 @@
 
 namespace vestige::test {
 
-/// What novel views are made of by the methods that piecewise-analytic-novel-views compares itself
+/// What novel views are made of by the methods that [Lochmann 2016] compares itself
 /// with (Table 2, Fig. 9): slabs of equal depth, each a picture with a depth a pixel. Baselines of
 /// the benches, on the CPU in double; nothing of them is in the product.
 struct SlabPictures {
@@ -21,11 +21,11 @@ struct SlabPictures {
 SlabPictures renderSlabs(const Scene& scene, const Camera& camera, ImageSize size,
                          const Medium& medium, int slabs, int samplesPerVoxel = 2);
 
-/// Zellmann et al. 2012: one slab; each pixel is a point at its mean depth, as large as a pixel,
+/// [Zellmann 2012]: one slab; each pixel is a point at its mean depth, as large as a pixel,
 /// the nearest one covers the others.
 Picture warpPoints(const SlabPictures& slabs, const Camera& target);
 
-/// Mueller et al. 1999: each slab is a height field of coarse cells of `cell` pixels a side, on
+/// [Mueller 1999]: each slab is a height field of coarse cells of `cell` pixels a side, on
 /// which its picture is drawn as a surface; slabs are composited front to back.
 Picture warpHeightFields(const SlabPictures& slabs, const Camera& target, int cell = 16);
 

@@ -29,7 +29,7 @@ struct ClassifiedView {
   Camera camera;
   ImageSize size;
   int samplesPerVoxel = 4;
-  /// By the headlight of MarchRequest::phong, from the gradient of the density (Drebin et al.) or,
+  /// By the headlight of MarchRequest::phong, from the gradient of the density [Drebin 1988] or,
   /// for classifiers without one, of the look's extinction; in the middle of every step.
   bool lit = false;
 };

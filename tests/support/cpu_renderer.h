@@ -46,7 +46,7 @@ std::vector<RgbPicture> renderContinuous(const Scene& scene, const Camera& camer
 
 /// The reference picture of a request (method §1): emission and absorption under its base function,
 /// lit by a headlight if it asks for one. Along a ray the field is linear between samples at the
-/// request's planar depths (method §0), and lit by the gradient in the middle of a step; all else
+/// request's planar depths (method §1), and lit by the gradient in the middle of a step; all else
 /// is integrated, split where the base function has its points.
 RgbPicture renderReference(const Scene& scene, const MarchRequest& request);
 

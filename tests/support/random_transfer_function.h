@@ -11,7 +11,7 @@
 
 namespace vestige::test {
 
-/// The random transfer functions of method §7, from a seed alone: one to three Gaussian bumps
+/// The random transfer functions of method §10, from a seed alone: one to three Gaussian bumps
 /// exp(-((u - centre) / width)^2 / 2) over u, the position in intervals (0 at the partition's low
 /// bound, L at its high one), and one colour an interval.
 class RandomTransferFunction {

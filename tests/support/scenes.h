@@ -44,7 +44,7 @@ struct Scene {
 Scene makeScene(std::string name, int n, const Box& box,
                 const std::function<double(glm::dvec3)>& formula);
 
-/// The scenes of method §7: "smooth", "turbulent", "blob" with n points a side, "plume" (the mini
+/// The scenes of method §10: "smooth", "turbulent", "blob" with n points a side, "plume" (the mini
 /// simulation, developed, n cells a side), "plume-vorticity" (there and then), "ct" (the CT head as
 /// it is; n is ignored). Slow ones are kept in `cache` (made if need be). Throws NotFound when the
 /// CT head has not been fetched (scripts/fetch-ct-head), InvalidArgument for any other name.

@@ -5,7 +5,7 @@
 
 namespace vestige::test {
 
-/// The second reference: object-order splatting (Westover; direct-volume-rendering-notes p. 19-24).
+/// The second reference: object-order splatting [Westover 1990; Bergeron, p. 19-24].
 /// Every sample is classified where it stands and thrown at the picture as the projection of a
 /// Gaussian kernel of `deviation` grid spacings; the samples of a layer of the grid, most across
 /// the view, make a sheet, in which overlapping kernels are normalised by the sum of their weights;

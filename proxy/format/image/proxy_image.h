@@ -10,8 +10,8 @@
 #include "proxy/customization/customization.h"
 #include "proxy/format/image/feature_origin.h"
 #include "proxy/format/image/field_grid.h"
-#include "proxy/transfer/interval_partition.h"
 #include "proxy/format/image/learned_origin.h"
+#include "proxy/transfer/interval_partition.h"
 #include "proxy/transfer/statistics.h"
 #include "proxy/transfer/transfer_function.h"
 
@@ -19,7 +19,7 @@ namespace vestige {
 
 inline constexpr int kSchemaVersion = 1;
 
-/// The proxies of method §2, §3 and §6, by the name they have in archives.
+/// The proxies of method §2 and §5, by the name they have in archives.
 namespace kind {
 inline constexpr std::string_view kAttenuation = "attenuation";
 inline constexpr std::string_view kLength = "length";

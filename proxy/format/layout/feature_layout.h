@@ -11,7 +11,7 @@
 
 namespace vestige {
 
-// Integrals of a classifier's weights along rays (gaussian-transfer-functions §5, method §4, §6):
+// Integrals of a classifier's weights along rays ([Kniss 2003, §5], method §5, classification §4):
 // extinction is Σ w_i σ_i, so ∫ w_i ds knows neither opacity nor colour, and each feature is edited
 // on its own. Channels are Classifier::channels() of header.features, in that order; planes are
 // [channel][pixel], pixels row by row from the top.

@@ -14,7 +14,7 @@ namespace vestige {
 /// The view under which fields are stored: no camera's, as a field can be seen from everywhere.
 inline constexpr const char* kFieldView = "volume";
 
-/// How a field is reduced before it is stored (method §6).
+/// How a field is reduced before it is stored (docs/archive-format.md, "Stored fields").
 struct FieldReduction {
   int factor = 1;          ///< samples that are averaged along each axis, 1 .. 16
   double tolerance = 0.0;  ///< largest error of compression, in the field's units, > 0

@@ -21,7 +21,7 @@ inline constexpr double kSaturatedTransmittance = 0x1p-12;
 inline constexpr double kEmptyOpacity = 0x1p-12;
 inline constexpr int kMostLayers = 16;
 
-/// Piecewise-analytic layers (method §3), in planes [plane][pixel], pixels row by row from the top.
+/// Piecewise-analytic layers (method §2), in planes [plane][pixel], pixels row by row from the top.
 /// Values of empty pixels are 0.
 struct LayeredPlanes {
   int layers = 0;                   ///< k, 1 .. kMostLayers

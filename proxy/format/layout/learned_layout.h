@@ -8,10 +8,10 @@
 
 namespace vestige {
 
-/// Training pictures of a view at most (visualization-by-proxy §6.2 uses one to four).
+/// Training pictures of a view at most ([Tikhonova 2010, §6.2] uses one to four).
 inline constexpr int kMostClusters = 256;
 
-/// A colour for every distribution of attenuation (visualization-by-proxy §6.2, eq. 8-10): in the
+/// A colour for every distribution of attenuation [Tikhonova 2010, §6.2, eq. 8-10]: in the
 /// cluster whose centroid a0 is nearest to a, c = color + jacobian (a - a0). Distributions are over
 /// all channels of a partition; colours are premultiplied linear RGB.
 struct LearnedTable {

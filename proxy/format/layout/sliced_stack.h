@@ -37,7 +37,7 @@ struct StackSlab {
   }
 };
 
-/// Sliced opacity lengths (method §6): slab s lies between the planar depths header.slabDepths[s]
+/// Sliced opacity lengths (method §5): slab s lies between the planar depths header.slabDepths[s]
 /// and [s + 1] of an orthographic view; for every pixel and slab it is known how long the ray is in
 /// each channel. A continuous field passes from a rank to its neighbours only; so the ranks at the
 /// slabs' faces, and where the ray turns in between, give the order inside a slab.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Piecewise-analytic layers (method §3).
+// Piecewise-analytic layers (method §2).
 #include <algorithm>
 #include <cmath>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Proxy ambient occlusion (visualization-by-proxy §5, eq. 5) in a groove and on a ball, where the
+// Proxy ambient occlusion [Tikhonova 2010, §5, eq. 5] in a groove and on a ball, where the
 // answer is known.
 #include <gtest/gtest.h>
 

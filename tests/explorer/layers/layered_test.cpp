@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Epipolar ray casting of layers (method §3).
+// Epipolar ray casting of layers (method §2).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,8 +10,8 @@
 #include "explorer/layers/layered_pass.h"
 #include "explorer/renderer/renderer.h"
 #include "proxy/base/error.h"
-#include "proxy/gl/device.h"
 #include "proxy/format/layout/proxy_layout.h"
+#include "proxy/gl/device.h"
 #include "tests/explorer/synthetic.h"
 
 namespace vestige {

@@ -175,7 +175,7 @@ TEST(DistortedCamera, ProjectsAndUnprojectsAsExactInverses) {
 }
 
 TEST(DistortedCamera, SeesAPointWhereItsRadiusAndItsDistortionSay) {
-  // Method §2: r = ρ + Z/κ, in the direction of the point from the pole.
+  // Method §3: r = ρ + Z/κ, in the direction of the point from the pole.
   Camera c;  // at (0, -1, 0), looking along +y, z up
   c.projection = Projection::MultiPerspective;
   c.convergence = 2.0;

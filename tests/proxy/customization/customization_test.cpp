@@ -95,7 +95,7 @@ TEST(Customization, VolumeHoldsTheParametersOfCornersAndSeedsExactly) {
 }
 
 TEST(Customization, CornersAloneMakeAGradient) {
-  // §4.4: the default seeds apply simple gradients.
+  // [Brix 2015, §4.4]: the default seeds apply simple gradients.
   Customization customization;
   customization.resolution = 32;
   for (std::size_t i = 0; i < 8; ++i) customization.corners[i].opacity = i & 1 ? 2.0 : 0.0;

@@ -15,12 +15,13 @@
 #include <set>
 #include <utility>
 
-#include "adaptor/common/adaptor_error.h"
 #include "adaptor/api/error_code.h"
-#include "adaptor/run/session.h"
+#include "adaptor/api/sized_struct.h"
 #include "adaptor/api/standard_error.h"
-#include "adaptor/include/vestige.h"
 #include "adaptor/api/worker.h"
+#include "adaptor/common/adaptor_error.h"
+#include "adaptor/include/vestige.h"
+#include "adaptor/run/session.h"
 #include "proxy/version.h"
 
 using vestige::AdaptorError;
@@ -147,23 +148,8 @@ bool isDisabled() {
 vestige_options copyOptions(const vestige_options* options) {
   vestige_options copy = VESTIGE_OPTIONS_INIT;
   if (!options) return copy;
-  constexpr std::size_t kFirstVersion = sizeof(vestige_options);
-  if (options->size < kFirstVersion) {
-    throw AdaptorError(VESTIGE_ERROR_VERSION,
-                       fmt::format("vestige_options has the size {}, at least {} is needed: use "
-                                   "VESTIGE_OPTIONS_INIT",
-                                   options->size, kFirstVersion));
-  }
-  // What a newer header appended must be unset, as we do not know what it asks for.
-  const auto* bytes = reinterpret_cast<const unsigned char*>(options);
-  for (std::size_t i = sizeof copy; i < options->size && i < 4096; ++i) {
-    if (bytes[i] != 0) {
-      throw AdaptorError(VESTIGE_ERROR_VERSION,
-                         fmt::format("vestige_options is of a newer header than this library, {}",
-                                     vestige::kVersion));
-    }
-  }
-  std::memcpy(&copy, options, sizeof copy);
+  constexpr std::size_t kFirstSize = offsetof(vestige_options, log_data) + sizeof copy.log_data;
+  copy = vestige::ofAnyVersion(*options, copy, kFirstSize, "vestige_options");
   if ((copy.flags & ~VESTIGE_QUIET) != 0) {
     throw AdaptorError(VESTIGE_ERROR_VERSION,
                        fmt::format("vestige_options: flags {:#x} are not known to this library, {}",
@@ -203,14 +189,12 @@ void open(vestige_session& session, const vestige_options* given) {
   });
 }
 
-vestige::GridDescription describe(int block, const vestige_grid* grid) {
-  if (!grid) failArgument("the grid is NULL");
-  if (grid->size != sizeof(vestige_grid)) {
-    throw AdaptorError(VESTIGE_ERROR_VERSION,
-                       fmt::format("vestige_grid has the size {}, {} is known: use "
-                                   "VESTIGE_GRID_INIT",
-                                   grid->size, sizeof(vestige_grid)));
-  }
+vestige::GridDescription describe(int block, const vestige_grid* given) {
+  if (!given) failArgument("the grid is NULL");
+  constexpr std::size_t kFirstSize = offsetof(vestige_grid, ghosts) + sizeof given->ghosts;
+  const vestige_grid known =
+      vestige::ofAnyVersion(*given, VESTIGE_GRID_INIT, kFirstSize, "vestige_grid");
+  const vestige_grid* const grid = &known;
   vestige::requireSize(block, {grid->points[0], grid->points[1], grid->points[2]});
   vestige::GridDescription description;
   std::copy(std::begin(grid->points), std::end(grid->points), description.points.begin());

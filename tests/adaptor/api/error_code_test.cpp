@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <new>
 
-#include "adaptor/common/adaptor_error.h"
 #include "adaptor/api/worker.h"
+#include "adaptor/common/adaptor_error.h"
 #include "proxy/base/parallel.h"
 
 namespace vestige {

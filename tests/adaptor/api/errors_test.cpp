@@ -248,6 +248,14 @@ TEST(Errors, StructsOfAnotherVersion) {
   vestige_grid grid = VESTIGE_GRID_INIT;
   grid.size = 3;
   EXPECT_EQ(vestige_block(session, 0, &grid), VESTIGE_ERROR_VERSION);
+  struct NewerGrid {
+    vestige_grid known;
+    double appended;
+  } newerGrid{VESTIGE_GRID_INIT, 1.0};
+  newerGrid.known.size = sizeof newerGrid;
+  EXPECT_EQ(vestige_block(session, 0, &newerGrid.known), VESTIGE_ERROR_VERSION);
+  newerGrid.appended = 0.0;
+  EXPECT_EQ(vestige_block(session, 0, &newerGrid.known), VESTIGE_OK);
   vestige_close(session);
 }
 

@@ -22,8 +22,8 @@
 #include <limits>
 #include <locale>
 
-#include "tests/proxy/gl/host_context.h"
 #include "simulation.h"
+#include "tests/proxy/gl/host_context.h"
 
 namespace vestige::test {
 namespace {

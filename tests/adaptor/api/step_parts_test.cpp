@@ -6,11 +6,11 @@
 #include <cmath>
 #include <glm/glm.hpp>
 
-#include "adaptor/plan/feature_fit.h"
-#include "adaptor/step/feature_step.h"
 #include "adaptor/ingest/ingest_statistics.h"
-#include "adaptor/step/step.h"
+#include "adaptor/plan/feature_fit.h"
 #include "adaptor/plan/views.h"
+#include "adaptor/step/feature_step.h"
+#include "adaptor/step/step.h"
 #include "simulation.h"
 
 namespace vestige::test {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "mini-sim/option_hints.h"
+#include "proxy/version.h"
 
 namespace minisim {
 namespace {
@@ -51,6 +52,7 @@ std::optional<Options> parseOptions(int argc, char** argv, int& exitCode) {
   CLI::App app("A turbulent thermal plume (lattice Boltzmann), watched by Vestige while it runs.",
                "vestige-mini-sim");
   app.footer(kFooter);
+  app.set_version_flag("--version", std::string("vestige-mini-sim ") + vestige::kVersion);
   app.add_option("--size", size, "cells: N, or NX,NY,NZ")->capture_default_str();
   app.add_option("--steps", o.steps, "time steps")
       ->check(CLI::NonNegativeNumber)

@@ -17,6 +17,7 @@
 #include "mini-sim/replay/recording.h"
 #include "mini-sim/replay/session.h"
 #include "mini-sim/terminal.h"
+#include "proxy/version.h"
 
 namespace {
 
@@ -46,6 +47,7 @@ std::optional<ReplayOptions> parse(int argc, char** argv, int& exitCode) {
   std::vector<double> spacing;
   CLI::App app("Replays data sets, or a recorded run, through Vestige.", "vestige-replay");
   app.footer(kFooter);
+  app.set_version_flag("--version", std::string("vestige-replay ") + vestige::kVersion);
   app.add_option("INPUT", o.inputs, "files or folders")->required();
   app.add_option("--config", o.config, "the adaptor's configuration (TOML)");
   app.add_option("--output", o.output, "the archive, instead of the configuration's");

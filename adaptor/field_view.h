@@ -105,7 +105,8 @@ class FieldReader {
 };
 
 /// Normalised samples [z0, z1), all y, all x of a window of a reader, z counted from the window's
-/// first, for Marcher::upload: (f - low) / (high - low) in double, then float; no data is NaN.
+/// first, for Marcher::upload: (f - low) / (high - low) in double, then float, within
+/// 1e30 of 0; no data is NaN.
 void fillNormalised(const FieldReader& reader, double low, double high, const SampleRange& window,
                     int z0, int z1, float* out, int threads);
 

@@ -199,50 +199,6 @@ void Session::execute(std::int64_t cycle, double time) {
   ++storedSteps_;
 }
 
-const PlannedField* Session::Fields::find(const std::string& name) const {
-  const auto in = [&](const std::vector<PlannedField>& list) -> const PlannedField* {
-    const auto found = std::find_if(list.begin(), list.end(),
-                                    [&](const PlannedField& plan) { return plan.name == name; });
-    return found == list.end() ? nullptr : &*found;
-  };
-  const PlannedField* found = in(plans);
-  for (const auto& classifier : classifiers) {
-    if (!found) found = in(classifier.fields);
-  }
-  for (const auto& plan : plans) {
-    if (!found) found = in(plan.terms);
-  }
-  return found;
-}
-
-const FieldStatistics& Session::statisticsOf(Fields& fields, const std::string& name,
-                                             StepTimes& times) {
-  const auto known = fields.statistics.find(name);
-  if (known != fields.statistics.end()) return known->second;
-  const PlannedField* found = fields.find(name);
-  if (!found) {
-    throw AdaptorError(VESTIGE_ERROR_NO_FIELD,
-                       fmt::format("[trigger] change: field '{}' is not among those stored", name));
-  }
-  PlannedField plan = *found;
-  completeNorm(fields, plan, times);
-  const Stopwatch watch;
-  auto measured = measureField(partsOf(plan, blocks_), threads_, settled_.endsOf(plan));
-  times.ingest += watch.seconds();
-  return fields.statistics.emplace(name, std::move(measured)).first->second;
-}
-
-void Session::completeNorm(Fields& fields, PlannedField& plan, StepTimes& times) {
-  if (plan.ranges.size() == plan.terms.size()) return;
-  for (const PlannedField& term : plan.terms)
-    plan.ranges.push_back(settled_.scaleOf(term, statisticsOf(fields, term.name, times)));
-}
-
-FieldDomain Session::domainOf(Fields& fields, const PlannedField& plan, StepTimes& times) {
-  const auto& statistics = statisticsOf(fields, plan.name, times);
-  return fieldDomain(settled_.classificationOf(plan, statistics, 1.0).partition, statistics);
-}
-
 std::vector<StepClassifier> Session::classifiersOf(Fields& fields, double referenceLength,
                                                    StepTimes& times) {
   std::vector<StepClassifier> ready;
@@ -355,6 +311,7 @@ bool Session::store(StepFrame frame, Fields& fields, StepTimes& times) {
     log_.warning(fmt::format("the blocks cover {:.1f} % of the domain; the rest is empty space",
                              100.0 * coverage));
   }
+  leaveOutTooWide(fields, frame.cycle, times);
   std::vector<StepField> ready;
   for (auto& plan : config_.makesFields() ? fields.plans : std::vector<PlannedField>{}) {
     ready.push_back(readyOf(fields, plan, frame, referenceLength, times));

@@ -68,6 +68,11 @@ class Session {
   void completeNorm(Fields& fields, PlannedField& plan, StepTimes& times);
   /// What a classifier knows of a field at this step, or from the first step on.
   FieldDomain domainOf(Fields& fields, const PlannedField& plan, StepTimes& times);
+  /// Whether no double says how far a field's values, or those of a norm's terms, are apart.
+  bool isTooWide(Fields& fields, const PlannedField& plan, StepTimes& times);
+  /// Takes such fields away, and the classifiers that want them, with a warning. Throws
+  /// VESTIGE_ERROR_FIELD where nothing is left to store.
+  void leaveOutTooWide(Fields& fields, std::int64_t cycle, StepTimes& times);
   std::vector<StepClassifier> classifiersOf(Fields& fields, double referenceLength,
                                             StepTimes& times);
   TierBytes featureBytes(const StepFrame& frame,

@@ -28,7 +28,7 @@ void ClassifiedSource::prepareGrid(const Classifier& normalised) {
     const std::vector<float> gradients = gradient ? bundle_.gradients() : std::vector<float>{};
     grid_.reset();
     grid_ = LookGrid::fields(bundle_.size, stretch_.sceneFromWorld() * bundle_.worldFromGrid,
-                             bundle_.values, gradients);
+                             bundle_.values, gradients, GridAxes(bundle_.nodes));
     grid_->low = bundle_.low;
     grid_->high = bundle_.high;
     key_.clear();
@@ -131,7 +131,7 @@ void ClassifiedSource::prepareFirst() {
   if (first_) return;
   std::vector<float> values(bundle_.values.size() / 4);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = bundle_.values[4 * i];
-  first_ = LookGrid::scalar(bundle_.size, bundle_.worldFromGrid, values);
+  first_ = LookGrid::scalar(bundle_.size, bundle_.worldFromGrid, values, GridAxes(bundle_.nodes));
   first_->low = bundle_.low;
   first_->high = bundle_.high;
   const FieldDomain& domain = bundle_.domains.front();

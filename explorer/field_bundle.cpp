@@ -24,7 +24,8 @@ struct Samples {
   glm::ivec3 size{0};
   glm::dmat4 worldFromGrid{1.0};
   glm::dvec3 low{0.0}, high{1.0};
-  std::vector<float> values;  ///< normalised by its domain
+  std::array<std::vector<double>, 3> nodes;  ///< as GridAxes
+  std::vector<float> values;                 ///< normalised by its domain
   FieldDomain domain;
   Box box;
   std::string note;
@@ -50,11 +51,12 @@ void normalise(std::vector<float>& values, double unit, double zero, const Field
 }
 
 Samples storedField(const Archive& archive, const ArchiveRow& row) {
-  PlacedField placed = evenlyPlacedField(readImage(archive.open(row)));
+  PlacedField placed = placedField(readImage(archive.open(row)));
   Samples samples{placed.size,
                   placed.worldFromGrid,
                   placed.low,
                   placed.high,
+                  std::move(placed.nodes),
                   std::move(placed.values),
                   domainOf(placed.header),
                   placed.header.domain,
@@ -71,6 +73,7 @@ Samples fromStacks(const Archive& archive, long cycle, const std::string& field)
                   fused.worldFromGrid,
                   glm::dvec3(0.0),
                   glm::dvec3(1.0),
+                  {},
                   std::move(fused.values),
                   domainOf(header),
                   header.domain,
@@ -130,37 +133,44 @@ double interpolated(glm::ivec3 size, const glm::dvec3& cell, const Value& value)
   return mean.value();
 }
 
+/// Where along an axis of so many samples a place in cells of equal width is, counted in samples,
+/// and the inverse; `nodes` as GridAxes.
+double indexAt(const std::vector<double>& nodes, double place) {
+  if (nodes.empty()) return place - 0.5;
+  const auto after = std::upper_bound(nodes.begin() + 1, nodes.end() - 1, place);
+  const double from = *(after - 1);
+  return double(after - nodes.begin() - 1) + (place - from) / (*after - from);
+}
+double placeAt(const std::vector<double>& nodes, int index) {
+  return nodes.empty() ? index + 0.5 : nodes[std::size_t(index)];
+}
+
+glm::dvec3 indexAt(const std::array<std::vector<double>, 3>& nodes, const glm::dvec3& place) {
+  return {indexAt(nodes[0], place.x), indexAt(nodes[1], place.y), indexAt(nodes[2], place.z)};
+}
+
 class Interpolator {
  public:
-  Interpolator(const Samples& from, const Samples& to) : from_(from) {
-    const glm::dmat4 m = glm::inverse(from.worldFromGrid) * to.worldFromGrid;
-    const auto cell = [&](glm::dvec3 at) {
-      return glm::dvec3(m * glm::dvec4((at + 0.5) / glm::dvec3(to.size), 1.0)) *
-                 glm::dvec3(from.size) -
-             0.5;
-    };
-    start_ = cell({0, 0, 0});
-    for (int a = 0; a < 3; ++a) {
-      glm::dvec3 step(0.0);
-      step[a] = 1.0;
-      way_[a] = cell(step) - start_;
-    }
-  }
+  Interpolator(const Samples& from, const Samples& to)
+      : from_(from),
+        to_(to),
+        placeFromPlace_(glm::inverse(from.worldFromGrid) * to.worldFromGrid) {}
 
   float at(int x, int y, int z) const {
-    const glm::dvec3 cell =
-        start_ + double(x) * way_[0] + double(y) * way_[1] + double(z) * way_[2];
-    return float(
-        interpolated(from_.size, cell, [&](std::size_t i) { return double(from_.values[i]); }));
+    const glm::dvec3 place(placeAt(to_.nodes[0], x), placeAt(to_.nodes[1], y),
+                           placeAt(to_.nodes[2], z));
+    const glm::dvec3 grid(placeFromPlace_ * glm::dvec4(place / glm::dvec3(to_.size), 1.0));
+    return float(interpolated(from_.size, indexAt(from_.nodes, grid * glm::dvec3(from_.size)),
+                              [&](std::size_t i) { return double(from_.values[i]); }));
   }
 
  private:
-  const Samples& from_;
-  glm::dvec3 start_{0.0}, way_[3];
+  const Samples &from_, &to_;
+  glm::dmat4 placeFromPlace_;
 };
 
 bool sameGrid(const Samples& a, const Samples& b) {
-  return a.size == b.size && a.worldFromGrid == b.worldFromGrid;
+  return a.size == b.size && a.worldFromGrid == b.worldFromGrid && a.nodes == b.nodes;
 }
 
 }  // namespace
@@ -195,6 +205,7 @@ FieldBundle::FieldBundle(const Archive& archive, long cycle, std::vector<std::st
   worldFromGrid = first.worldFromGrid;
   low = first.low;
   high = first.high;
+  nodes = std::move(first.nodes);
   domain = first.box;
   for (std::size_t i = 0; i < values.size(); i += 4) {
     bool known = true;
@@ -212,11 +223,20 @@ FieldSample FieldBundle::sample(const glm::dvec3& world) const {
   const glm::dvec3 grid(glm::inverse(worldFromGrid) * glm::dvec4(world, 1.0));
   sample.values.fill(0.0);
   for (std::size_t j = 0; j < fields.size(); ++j) {
-    sample.values[j] = interpolated(size, grid * glm::dvec3(size) - 0.5, [&](std::size_t i) {
-      return domains[j].low + double(values[4 * i + j]) * domains[j].range();
-    });
+    sample.values[j] =
+        interpolated(size, indexAt(nodes, grid * glm::dvec3(size)), [&](std::size_t i) {
+          return domains[j].low + double(values[4 * i + j]) * domains[j].range();
+        });
   }
   return sample;
+}
+
+std::array<std::vector<double>, 3> FieldBundle::places() const {
+  std::array<std::vector<double>, 3> places;
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i < size[a]; ++i)
+      places[std::size_t(a)].push_back(placeAt(nodes[std::size_t(a)], i) / size[a]);
+  return places;
 }
 
 std::vector<float> FieldBundle::gradients() const {
@@ -253,7 +273,8 @@ std::vector<float> FieldBundle::gradients() const {
               if (std::isnan(values[4 * after])) after = i;
               if (before == after) continue;
               slope[a] = (double(values[4 * after + j]) - double(values[4 * before + j])) /
-                         double((after - before) / s);
+                         (placeAt(nodes[std::size_t(a)], at[a] + int((after - i) / s)) -
+                          placeAt(nodes[std::size_t(a)], at[a] - int((i - before) / s)));
             }
             const glm::dvec3 gradient = worldFromSlope * slope;
             squares += glm::dot(gradient, gradient);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <string>
@@ -21,6 +22,7 @@ struct FieldBundle {
   glm::ivec3 size{0};
   glm::dmat4 worldFromGrid{1.0};  ///< as LookGrid
   glm::dvec3 low{0.0}, high{1.0};
+  std::array<std::vector<double>, 3> nodes;  ///< as GridAxes: the first field's own axes
   Box domain;
   double lengthUnit = 1.0;    ///< Archive::lengthUnit
   std::vector<float> values;  ///< [cell][4] (v - low) / (high - low) of the domains; NaN = no data
@@ -33,6 +35,8 @@ struct FieldBundle {
   /// The fields at a point, trilinear, in their own units, without gradient; NaN where one has no
   /// data or the point lies outside of the domain.
   FieldSample sample(const glm::dvec3& world) const;
+  /// Where samples stand along each axis, in grid coordinates.
+  std::array<std::vector<double>, 3> places() const;
   /// [cell] FieldSample::gradient: 1 / world unit, whatever the archive's unit of length:
   /// central differences, one-sided at the border and beside cells
   /// without data (method §1); NaN where there are none.

@@ -333,8 +333,9 @@ TEST(RangeSession, AFieldWiderThanADoubleIsLeftOutAndTheOthersAreStored) {
   std::vector<double> wide = f;
   for (double& value : wide) value = ((value - low) / (high - low) - 0.5) * 2.0 * 1.2e308;
   ASSERT_EQ(stepOf(run, sample, f, wide, 0), VESTIGE_OK) << run.error();
-  EXPECT_EQ(lines(run, "cycle 0 is stored without 'both', 'g': field 'g' has values from -1.2e+308 "
-                       "to 1.2e+308"),
+  EXPECT_EQ(lines(run,
+                  "cycle 0 is stored without 'both', 'g': field 'g' has values from -1.2e+308 "
+                  "to 1.2e+308"),
             1);
   ASSERT_EQ(stepOf(run, sample, f, doublesOf(sample, 3.0), 1), VESTIGE_OK) << run.error();
   const Archive archive(path);

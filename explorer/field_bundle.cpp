@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "explorer/decode.h"
 #include "explorer/field_source.h"
@@ -29,6 +30,7 @@ struct Samples {
   FieldDomain domain;
   Box box;
   std::string note;
+  std::optional<FieldBundle::Wrong> wrong;
 };
 
 FieldDomain domainOf(const ProxyHeader& header) {
@@ -60,7 +62,11 @@ Samples storedField(const Archive& archive, const ArchiveRow& row) {
                   std::move(placed.values),
                   domainOf(placed.header),
                   placed.header.domain,
-                  "'" + placed.header.field + "' as stored"};
+                  "'" + placed.header.field + "' as stored",
+                  std::nullopt};
+  const FieldGrid& stored = *placed.header.grid;
+  if (stored.reduction == 1)
+    samples.wrong = FieldBundle::Wrong{stored.tolerance / samples.domain.range(), {}};
   normalise(samples.values, placed.valueUnit, placed.valueZero, samples.domain);
   return samples;
 }
@@ -78,7 +84,12 @@ Samples fromStacks(const Archive& archive, long cycle, const std::string& field)
                   domainOf(header),
                   header.domain,
                   fmt::format("'{}' from {} {}", field, headers.size(),
-                              headers.size() == 1 ? "stack" : "stacks")};
+                              headers.size() == 1 ? "stack" : "stacks"),
+                  std::nullopt};
+  samples.wrong = FieldBundle::Wrong{};
+  if (!fused.wrong.empty())
+    samples.wrong = {double(StackSamples::kWrongUnit) * fused.unit / samples.domain.range(),
+                     std::move(fused.wrong)};
   normalise(samples.values, fused.unit, fused.zero, samples.domain);
   return samples;
 }
@@ -157,14 +168,23 @@ class Interpolator {
         placeFromPlace_(glm::inverse(from.worldFromGrid) * to.worldFromGrid) {}
 
   float at(int x, int y, int z) const {
-    const glm::dvec3 place(placeAt(to_.nodes[0], x), placeAt(to_.nodes[1], y),
-                           placeAt(to_.nodes[2], z));
-    const glm::dvec3 grid(placeFromPlace_ * glm::dvec4(place / glm::dvec3(to_.size), 1.0));
-    return float(interpolated(from_.size, indexAt(from_.nodes, grid * glm::dvec3(from_.size)),
+    return float(interpolated(from_.size, cellAt(x, y, z),
                               [&](std::size_t i) { return double(from_.values[i]); }));
+  }
+  /// Of something else that is given at the samples.
+  std::uint8_t share(const std::vector<std::uint8_t>& shares, int x, int y, int z) const {
+    return std::uint8_t(std::lround(interpolated(
+        from_.size, cellAt(x, y, z), [&](std::size_t i) { return double(shares[i]); })));
   }
 
  private:
+  glm::dvec3 cellAt(int x, int y, int z) const {
+    const glm::dvec3 place(placeAt(to_.nodes[0], x), placeAt(to_.nodes[1], y),
+                           placeAt(to_.nodes[2], z));
+    const glm::dvec3 grid(placeFromPlace_ * glm::dvec4(place / glm::dvec3(to_.size), 1.0));
+    return indexAt(from_.nodes, grid * glm::dvec3(from_.size));
+  }
+
   const Samples &from_, &to_;
   glm::dmat4 placeFromPlace_;
 };
@@ -178,6 +198,7 @@ bool sameGrid(const Samples& a, const Samples& b) {
 FieldBundle::FieldBundle(const Archive& archive, long cycle, std::vector<std::string> names)
     : fields(std::move(names)), lengthUnit(archive.lengthUnit()) {
   Samples first;
+  bool isKnown = true;
   for (std::size_t j = 0; j < fields.size(); ++j) {
     Samples samples = samplesOf(archive, cycle, fields[j]);
     domains.push_back(samples.domain);
@@ -188,6 +209,9 @@ FieldBundle::FieldBundle(const Archive& archive, long cycle, std::vector<std::st
     }
     const bool same = sameGrid(first, samples);
     const Interpolator interpolate(samples, first);
+    isKnown = isKnown && samples.wrong;
+    Wrong& far = wrong.emplace_back(samples.wrong.value_or(Wrong{}));
+    if (!same && !far.share.empty()) far.share.resize(values.size() / 4);
     const auto nx = std::size_t(first.size.x), ny = std::size_t(first.size.y);
     parallelRanges(first.size.z, [&](int begin, int end) {
       for (int z = begin; z < end; ++z) {
@@ -195,12 +219,15 @@ FieldBundle::FieldBundle(const Archive& archive, long cycle, std::vector<std::st
           for (std::size_t x = 0; x < nx; ++x) {
             const std::size_t i = (std::size_t(z) * ny + y) * nx + x;
             values[4 * i + j] = same ? samples.values[i] : interpolate.at(int(x), int(y), z);
+            if (!same && !far.share.empty())
+              far.share[i] = interpolate.share(samples.wrong->share, int(x), int(y), z);
           }
         }
       }
     });
     if (j == 0) first.values.clear();
   }
+  if (!isKnown) wrong.clear();
   size = first.size;
   worldFromGrid = first.worldFromGrid;
   low = first.low;
@@ -239,16 +266,15 @@ std::array<std::vector<double>, 3> FieldBundle::places() const {
   return places;
 }
 
-std::vector<float> FieldBundle::gradients() const {
-  std::vector<float> norms(values.size() / 4);
-  const glm::dmat3 cellFromWorld = [&] {
-    glm::dmat3 m = glm::inverse(glm::dmat3(worldFromGrid));
-    for (int column = 0; column < 3; ++column) {
-      for (int row = 0; row < 3; ++row) m[column][row] *= double(size[row]);
-    }
-    return m;
-  }();
-  const glm::dmat3 worldFromSlope = glm::transpose(cellFromWorld);
+/// Calls visit(cell, axis neighbours) for each cell with data: of each axis the cells before and
+/// after, both itself where there are none, and how far these are apart in cells of equal width.
+struct SlopeEnds {
+  std::size_t before, after;
+  double run;
+};
+
+template <typename Visit>
+void FieldBundle::forSlopes(const Visit& visit) const {
   const std::array<std::size_t, 3> stride{1, std::size_t(size.x),
                                           std::size_t(size.x) * std::size_t(size.y)};
   parallelRanges(size.z, [&](int begin, int end) {
@@ -258,33 +284,72 @@ std::vector<float> FieldBundle::gradients() const {
           const glm::ivec3 at(x, y, z);
           const std::size_t i =
               std::size_t(z) * stride[2] + std::size_t(y) * stride[1] + std::size_t(x);
-          if (std::isnan(values[4 * i])) {
-            norms[i] = kNone;
-            continue;
+          if (std::isnan(values[4 * i])) continue;
+          std::array<SlopeEnds, 3> ends;
+          for (int a = 0; a < 3; ++a) {
+            const auto s = stride[std::size_t(a)];
+            const bool before = at[a] > 0 && !std::isnan(values[4 * (i - s)]);
+            const bool after = at[a] + 1 < size[a] && !std::isnan(values[4 * (i + s)]);
+            const auto& axis = nodes[std::size_t(a)];
+            ends[std::size_t(a)] = {
+                before ? i - s : i, after ? i + s : i,
+                placeAt(axis, at[a] + int(after)) - placeAt(axis, at[a] - int(before))};
           }
-          double squares = 0.0;
-          for (std::size_t j = 0; j < fields.size(); ++j) {
-            glm::dvec3 slope(0.0);
-            for (int a = 0; a < 3; ++a) {
-              const auto s = stride[std::size_t(a)];
-              std::size_t before = at[a] > 0 ? i - s : i;
-              std::size_t after = at[a] + 1 < size[a] ? i + s : i;
-              if (std::isnan(values[4 * before])) before = i;
-              if (std::isnan(values[4 * after])) after = i;
-              if (before == after) continue;
-              slope[a] = (double(values[4 * after + j]) - double(values[4 * before + j])) /
-                         (placeAt(nodes[std::size_t(a)], at[a] + int((after - i) / s)) -
-                          placeAt(nodes[std::size_t(a)], at[a] - int((i - before) / s)));
-            }
-            const glm::dvec3 gradient = worldFromSlope * slope;
-            squares += glm::dot(gradient, gradient);
-          }
-          norms[i] = float(std::sqrt(squares) / lengthUnit);
+          visit(i, ends);
         }
       }
     }
   });
+}
+
+namespace {
+
+/// World from slopes by cells of equal width.
+glm::dmat3 worldFromSlopes(const glm::dmat4& worldFromGrid, glm::ivec3 size) {
+  glm::dmat3 m = glm::inverse(glm::dmat3(worldFromGrid));
+  for (int column = 0; column < 3; ++column)
+    for (int row = 0; row < 3; ++row) m[column][row] *= double(size[row]);
+  return glm::transpose(m);
+}
+
+}  // namespace
+
+std::vector<float> FieldBundle::gradients() const {
+  std::vector<float> norms(values.size() / 4, kNone);
+  const glm::dmat3 worldFromSlope = worldFromSlopes(worldFromGrid, size);
+  forSlopes([&](std::size_t i, const std::array<SlopeEnds, 3>& ends) {
+    double squares = 0.0;
+    for (std::size_t j = 0; j < fields.size(); ++j) {
+      glm::dvec3 slope(0.0);
+      for (int a = 0; a < 3; ++a) {
+        const auto& [before, after, run] = ends[std::size_t(a)];
+        if (before != after)
+          slope[a] = (double(values[4 * after + j]) - double(values[4 * before + j])) / run;
+      }
+      const glm::dvec3 gradient = worldFromSlope * slope;
+      squares += glm::dot(gradient, gradient);
+    }
+    norms[i] = float(std::sqrt(squares) / lengthUnit);
+  });
   return norms;
+}
+
+std::vector<float> FieldBundle::gradientsWrong() const {
+  std::vector<float> far(values.size() / 4, 0.0f);
+  const glm::dmat3 worldFromSlope = worldFromSlopes(worldFromGrid, size);
+  forSlopes([&](std::size_t i, const std::array<SlopeEnds, 3>& ends) {
+    double squares = 0.0;
+    for (const Wrong& each : wrong) {
+      for (int a = 0; a < 3; ++a) {
+        const auto& [before, after, run] = ends[std::size_t(a)];
+        if (before == after) continue;
+        const double slope = std::hypot(each.at(before), each.at(after)) / run;
+        squares += slope * slope * glm::dot(worldFromSlope[a], worldFromSlope[a]);
+      }
+    }
+    far[i] = float(std::sqrt(squares) / lengthUnit);
+  });
+  return far;
 }
 
 }  // namespace vestige

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <string>
@@ -27,7 +28,14 @@ struct FieldBundle {
   double lengthUnit = 1.0;    ///< Archive::lengthUnit
   std::vector<float> values;  ///< [cell][4] (v - low) / (high - low) of the domains; NaN = no data
                               ///< in one of the fields, in all four places
-  std::string note;           ///< which proxies they come from, a sentence
+  /// How far the values of a field may be wrong, in those of `values`.
+  struct Wrong {
+    double unit = 0.0;
+    std::vector<std::uint8_t> share;  ///< [cell] of units; empty: one everywhere
+    double at(std::size_t cell) const { return share.empty() ? unit : share[cell] * unit; }
+  };
+  std::vector<Wrong> wrong;  ///< [field]; empty: of one of them nobody knows (means of a reduction)
+  std::string note;          ///< which proxies they come from, a sentence
 
   /// Throws NotFound naming a field of which the step stores neither.
   FieldBundle(const Archive& archive, long cycle, std::vector<std::string> names);
@@ -41,6 +49,12 @@ struct FieldBundle {
   /// central differences, one-sided at the border and beside cells
   /// without data (method §1); NaN where there are none.
   std::vector<float> gradients() const;
+  /// [cell] how far these may be wrong where values are as far as they may be, each for itself.
+  std::vector<float> gradientsWrong() const;
+
+ private:
+  template <typename Visit>
+  void forSlopes(const Visit& visit) const;
 };
 
 }  // namespace vestige

@@ -289,12 +289,10 @@ void FieldReader::normRow(int y, int z, double* out) const {
 }
 
 void fillNormalised(const FieldReader& reader, double low, double high, const SampleRange& window,
-                    int z0, int z1, float* out, int threads) {
+                    int z0, int z1, float* out, int threads, double most) {
   const auto [x0, y0, zFirst] = window.low;
   const int nx = window.high[0] - x0, ny = window.high[1] - y0;
   const double width = high - low;
-  // What lies far beyond the range is still no infinity, which would stand for no data.
-  constexpr double kFar = 1e30;
   // A task is a bundle of rows: large enough to be worth a thread, small enough to share out.
   constexpr int kRows = 64;
   const int rows = (z1 - z0) * ny;
@@ -306,7 +304,7 @@ void fillNormalised(const FieldReader& reader, double low, double high, const Sa
                   reader.row(y0 + r % ny, zFirst + z0 + r / ny, values.data());
                   float* to = out + std::size_t(r) * std::size_t(nx);
                   for (int i = 0; i < nx; ++i)
-                    to[i] = float(std::clamp((from[i] - low) / width, -kFar, kFar));
+                    to[i] = float(std::clamp((from[i] - low) / width, -most, most));
                 }
               });
 }

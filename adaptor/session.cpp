@@ -318,7 +318,8 @@ bool Session::store(StepFrame frame, Fields& fields, StepTimes& times) {
   }
   const auto classifiers = classifiersOf(fields, referenceLength, times);
   for (const auto& [name, statistics] : fields.statistics)
-    warnings_.ofSamples(*fields.find(name), statistics, blocks_, threads_);
+    if (const PlannedField* plan = fields.find(name))
+      warnings_.ofSamples(*plan, statistics, blocks_, threads_);
   findLadder(frame, fields);
   std::vector<EncodedProxy> proxies;
   for (auto verdict = Budget::Verdict::Again; verdict != Budget::Verdict::Keep;) {
@@ -357,8 +358,10 @@ StepField Session::readyOf(Fields& fields, PlannedField& plan, const StepFrame& 
 }
 
 void Session::settle(const Fields& fields, const std::vector<StepClassifier>& classifiers) {
-  for (const auto& [name, statistics] : fields.statistics)
-    settled_.keep(*fields.find(name), statistics);
+  for (const auto& [name, statistics] : fields.statistics) {
+    const PlannedField* plan = fields.find(name);
+    if (plan && std::isfinite(statistics.high - statistics.low)) settled_.keep(*plan, statistics);
+  }
   for (const StepClassifier& classifier : classifiers) settled_.keep(classifier);
 }
 

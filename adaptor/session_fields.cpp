@@ -64,35 +64,36 @@ bool Session::isTooWide(Fields& fields, const PlannedField& plan, StepTimes& tim
 }
 
 void Session::leaveOutTooWide(Fields& fields, std::int64_t cycle, StepTimes& times) {
-  const Fields known = fields;
   const bool all = config_.makesFields();
   std::set<std::string> left;
   const auto without = [&](const PlannedField& plan) {
     if (!isTooWide(fields, plan, times)) return false;
+    const auto own = fields.statistics.find(plan.name);
+    if (own != fields.statistics.end())
+      warnings_.ofSamples(plan, own->second, blocks_, threads_);  // it may be a fill value
     left.insert(plan.name);
     return true;
   };
   if (all) std::erase_if(fields.plans, without);
   std::erase_if(fields.classifiers, [&](const PlannedClassifier& each) {
+    // Settled ones know their domains, in which such values are far beyond.
+    if (settled_.featuresOf(each.config.name)) return false;
     const bool out = std::any_of(each.fields.begin(), each.fields.end(), without);
     if (out) left.insert(each.config.name);
     return out;
   });
   if (left.empty()) return;
   std::string wide;
-  std::erase_if(fields.statistics, [&](const auto& named) {
-    const auto& [name, statistics] = named;
-    if (std::isfinite(statistics.high - statistics.low)) return false;
-    warnings_.ofSamples(*known.find(name), statistics, blocks_, threads_);
+  for (const auto& [name, statistics] : fields.statistics) {
+    if (std::isfinite(statistics.high - statistics.low)) continue;
     wide += fmt::format("{}'{}' has values from {:.6g} to {:.6g}", wide.empty() ? "" : ", ", name,
                         statistics.low, statistics.high);
-    return true;
-  });
+  }
   const std::string sentence = fmt::format(
-      "cycle {} is stored without {}: field {}, farther apart than a double can say (1.8e308); "
+      "cycle {} is stored without '{}': field {}, farther apart than a double can say (1.8e308); "
       "share it in another unit, or, if such values stand for no data, say so: no_data in its "
       "[[field]]",
-      cycle, fmt::format("'{}'", fmt::join(left, "', '")), wide);
+      cycle, fmt::join(left, "', '"), wide);
   if ((!all || fields.plans.empty()) && fields.classifiers.empty())
     throw AdaptorError(VESTIGE_ERROR_FIELD, sentence);
   log_.warning(sentence);

@@ -266,12 +266,16 @@ std::array<std::vector<double>, 3> FieldBundle::places() const {
   return places;
 }
 
-/// Calls visit(cell, axis neighbours) for each cell with data: of each axis the cells before and
-/// after, both itself where there are none, and how far these are apart in cells of equal width.
+namespace {
+
+/// Of a cell along an axis: the cells before and after, itself where one of them has no data, and
+/// how far these are apart in cells of equal width.
 struct SlopeEnds {
   std::size_t before, after;
   double run;
 };
+
+}  // namespace
 
 template <typename Visit>
 void FieldBundle::forSlopes(const Visit& visit) const {

@@ -53,6 +53,7 @@ struct FieldBundle {
   std::vector<float> gradientsWrong() const;
 
  private:
+  /// Calls visit(cell, SlopeEnds of each axis) for the cells with data.
   template <typename Visit>
   void forSlopes(const Visit& visit) const;
 };

@@ -209,9 +209,15 @@ void FieldReader::magnitudeRow(std::ptrdiff_t offset, double* out) const {
 
 namespace {
 
-/// Four rows to work in.
+/// sqrt(a^2 + b^2) where squares may be beyond double.
+double norm(double a, double b) {
+  const double squares = a * a + b * b;
+  return squares > 1e-280 && squares < 1e280 ? std::sqrt(squares) : std::hypot(a, b);
+}
+
+/// Three rows to work in.
 struct WorkRows {
-  std::vector<double>&here, &before, &after, &squares;
+  std::vector<double>&here, &before, &after;
 };
 
 /// The gradient's magnitude along a row of what `rowAt(y, z, out)` gives.
@@ -220,16 +226,15 @@ void gradientOfRows(const RowAt& rowAt, const std::array<int, 3>& size,
                     const std::array<std::vector<double>, 3>& allNodes, const WorkRows& work, int y,
                     int z, double* out) {
   const auto [nx, ny, nz] = size;
-  auto& [here, before, after, squares] = work;
+  auto& [here, before, after] = work;
   rowAt(y, z, here.data());
   const auto& x = allNodes[0];
   for (int i = 0; i < nx; ++i) {
     const auto at = std::size_t(i);
     const bool hasBefore = i > 0, hasAfter = i + 1 < nx;
-    const double d = derivative(hasBefore ? here[at - 1] : 0.0, here[at],
-                                hasAfter ? here[at + 1] : 0.0, hasBefore ? x[at - 1] : 0.0, x[at],
-                                hasAfter ? x[at + 1] : 0.0, hasBefore, hasAfter);
-    squares[at] = d * d;
+    out[at] = derivative(hasBefore ? here[at - 1] : 0.0, here[at], hasAfter ? here[at + 1] : 0.0,
+                         hasBefore ? x[at - 1] : 0.0, x[at], hasAfter ? x[at + 1] : 0.0, hasBefore,
+                         hasAfter);
   }
   // Across rows: along y, then along z.
   for (int axis = 1; axis <= 2; ++axis) {
@@ -246,12 +251,12 @@ void gradientOfRows(const RowAt& rowAt, const std::array<int, 3>& size,
       const auto k = std::size_t(i);
       const double d =
           derivative(before[k], here[k], after[k], atBefore, at, atAfter, hasBefore, hasAfter);
-      squares[k] += d * d;
+      out[k] = norm(out[k], d);
     }
   }
   for (int i = 0; i < nx; ++i) {
     const auto k = std::size_t(i);
-    const double value = std::sqrt(squares[k]);
+    const double value = std::abs(out[k]);
     out[i] = std::isnan(here[k]) ? kNoData : value + (value - value);
   }
 }
@@ -261,33 +266,30 @@ void gradientOfRows(const RowAt& rowAt, const std::array<int, 3>& size,
 void FieldReader::gradientRow(int y, int z, double* out) const {
   const int nx = field_.size[0];
   gradientOfRows([this](int j, int k, double* to) { scalarRow(j, k, to); }, field_.size, nodes_,
-                 {scratch(2, nx), scratch(3, nx), scratch(4, nx), scratch(5, nx)}, y, z, out);
+                 {scratch(2, nx), scratch(3, nx), scratch(4, nx)}, y, z, out);
 }
 
 void FieldReader::normRow(int y, int z, double* out) const {
   const int nx = field_.size[0];
   // Rows of its own: a term may be a norm itself.
-  std::array<std::vector<double>, 5> rows;
+  std::array<std::vector<double>, 4> rows;
   for (auto& row : rows) row.resize(std::size_t(nx));
-  auto& gradient = rows[4];
+  auto& gradient = rows[3];
   std::fill_n(out, nx, 0.0);
   for (std::size_t t = 0; t < terms_.size(); ++t) {
-    const FieldReader& term = terms_[t];
-    gradientOfRows([&term](int j, int k, double* to) { term.row(j, k, to); }, field_.size, nodes_,
-                   {rows[0], rows[1], rows[2], rows[3]}, y, z, gradient.data());
-    for (int i = 0; i < nx; ++i) {
-      const double share = gradient[std::size_t(i)] / ranges_[t];
-      out[i] += share * share;
-    }
+    // Values by their range first: gradients in the field's units may be beyond double.
+    const auto shares = [&term = terms_[t], nx, range = ranges_[t]](int j, int k, double* to) {
+      term.row(j, k, to);
+      for (int i = 0; i < nx; ++i) to[i] /= range;
+    };
+    gradientOfRows(shares, field_.size, nodes_, {rows[0], rows[1], rows[2]}, y, z, gradient.data());
+    for (int i = 0; i < nx; ++i) out[i] = norm(out[i], gradient[std::size_t(i)]);
   }
-  for (int i = 0; i < nx; ++i) {
-    const double value = std::sqrt(out[i]);
-    out[i] = value + (value - value);
-  }
+  for (int i = 0; i < nx; ++i) out[i] += out[i] - out[i];  // infinite: no data
 }
 
 void fillNormalised(const FieldReader& reader, double low, double high, const SampleRange& window,
-                    int z0, int z1, float* out, int threads) {
+                    int z0, int z1, float* out, int threads, double most) {
   const auto [x0, y0, zFirst] = window.low;
   const int nx = window.high[0] - x0, ny = window.high[1] - y0;
   const double width = high - low;
@@ -301,7 +303,8 @@ void fillNormalised(const FieldReader& reader, double low, double high, const Sa
                 for (int r = task * kRows; r < std::min(rows, (task + 1) * kRows); ++r) {
                   reader.row(y0 + r % ny, zFirst + z0 + r / ny, values.data());
                   float* to = out + std::size_t(r) * std::size_t(nx);
-                  for (int i = 0; i < nx; ++i) to[i] = float((from[i] - low) / width);
+                  for (int i = 0; i < nx; ++i)
+                    to[i] = float(std::clamp((from[i] - low) / width, -most, most));
                 }
               });
 }

@@ -104,9 +104,14 @@ class FieldReader {
   std::vector<double> ranges_;
 };
 
+/// What lies far beyond a range is no infinity, which would stand for no data; its square fits a
+/// float.
+inline constexpr double kFarBeyondRange = 1e15;
+
 /// Normalised samples [z0, z1), all y, all x of a window of a reader, z counted from the window's
-/// first, for Marcher::upload: (f - low) / (high - low) in double, then float; no data is NaN.
+/// first, for Marcher::upload: (f - low) / (high - low) in double, cut at `most` on either side of
+/// 0, then float; no data is NaN.
 void fillNormalised(const FieldReader& reader, double low, double high, const SampleRange& window,
-                    int z0, int z1, float* out, int threads);
+                    int z0, int z1, float* out, int threads, double most = kFarBeyondRange);
 
 }  // namespace vestige

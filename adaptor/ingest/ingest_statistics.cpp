@@ -68,6 +68,12 @@ Moments momentsOf(const double* values, int count) {
   }
   if (row.finite == 0) return row;
   row.mean /= double(row.finite);
+  if (!std::isfinite(row.mean)) {
+    // The sum is beyond double, the mean is not.
+    long double wide = 0.0;
+    for (int i = 0; i < count; ++i) wide += values[i] == values[i] ? values[i] : 0.0;
+    row.mean = double(wide / static_cast<long double>(row.finite));
+  }
   visit([&](int i, std::size_t lane) {
     const double delta = values[i] - row.mean;
     squares[lane] += delta == delta ? delta * delta : 0.0;

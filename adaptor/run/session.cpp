@@ -9,11 +9,11 @@
 #include <filesystem>
 
 #include "adaptor/common/adaptor_error.h"
-#include "adaptor/run/dry_run.h"
-#include "adaptor/plan/feature_fit.h"
 #include "adaptor/common/stopwatch.h"
-#include "adaptor/step/timings.h"
+#include "adaptor/plan/feature_fit.h"
 #include "adaptor/plan/views.h"
+#include "adaptor/run/dry_run.h"
+#include "adaptor/step/timings.h"
 #include "proxy/base/error.h"
 #include "proxy/format/exr/exr_threads.h"
 #include "proxy/gl/environment.h"
@@ -199,50 +199,6 @@ void Session::execute(std::int64_t cycle, double time) {
   ++storedSteps_;
 }
 
-const PlannedField* Session::Fields::find(const std::string& name) const {
-  const auto in = [&](const std::vector<PlannedField>& list) -> const PlannedField* {
-    const auto found = std::find_if(list.begin(), list.end(),
-                                    [&](const PlannedField& plan) { return plan.name == name; });
-    return found == list.end() ? nullptr : &*found;
-  };
-  const PlannedField* found = in(plans);
-  for (const auto& classifier : classifiers) {
-    if (!found) found = in(classifier.fields);
-  }
-  for (const auto& plan : plans) {
-    if (!found) found = in(plan.terms);
-  }
-  return found;
-}
-
-const FieldStatistics& Session::statisticsOf(Fields& fields, const std::string& name,
-                                             StepTimes& times) {
-  const auto known = fields.statistics.find(name);
-  if (known != fields.statistics.end()) return known->second;
-  const PlannedField* found = fields.find(name);
-  if (!found) {
-    throw AdaptorError(VESTIGE_ERROR_NO_FIELD,
-                       fmt::format("[trigger] change: field '{}' is not among those stored", name));
-  }
-  PlannedField plan = *found;
-  completeNorm(fields, plan, times);
-  const Stopwatch watch;
-  auto measured = measureField(partsOf(plan, blocks_), threads_, settled_.endsOf(plan));
-  times.ingest += watch.seconds();
-  return fields.statistics.emplace(name, std::move(measured)).first->second;
-}
-
-void Session::completeNorm(Fields& fields, PlannedField& plan, StepTimes& times) {
-  if (plan.ranges.size() == plan.terms.size()) return;
-  for (const PlannedField& term : plan.terms)
-    plan.ranges.push_back(settled_.scaleOf(term, statisticsOf(fields, term.name, times)));
-}
-
-FieldDomain Session::domainOf(Fields& fields, const PlannedField& plan, StepTimes& times) {
-  const auto& statistics = statisticsOf(fields, plan.name, times);
-  return fieldDomain(settled_.classificationOf(plan, statistics, 1.0).partition, statistics);
-}
-
 std::vector<StepClassifier> Session::classifiersOf(Fields& fields, double referenceLength,
                                                    StepTimes& times) {
   std::vector<StepClassifier> ready;
@@ -355,13 +311,15 @@ bool Session::store(StepFrame frame, Fields& fields, StepTimes& times) {
     log_.warning(fmt::format("the blocks cover {:.1f} % of the domain; the rest is empty space",
                              100.0 * coverage));
   }
+  leaveOutTooWide(fields, frame.cycle, times);
   std::vector<StepField> ready;
   for (auto& plan : config_.makesFields() ? fields.plans : std::vector<PlannedField>{}) {
     ready.push_back(readyOf(fields, plan, frame, referenceLength, times));
   }
   const auto classifiers = classifiersOf(fields, referenceLength, times);
   for (const auto& [name, statistics] : fields.statistics)
-    warnings_.ofSamples(*fields.find(name), statistics, blocks_, threads_);
+    if (const PlannedField* plan = fields.find(name))
+      warnings_.ofSamples(*plan, statistics, blocks_, threads_);
   findLadder(frame, fields);
   std::vector<EncodedProxy> proxies;
   for (auto verdict = Budget::Verdict::Again; verdict != Budget::Verdict::Keep;) {
@@ -400,8 +358,10 @@ StepField Session::readyOf(Fields& fields, PlannedField& plan, const StepFrame& 
 }
 
 void Session::settle(const Fields& fields, const std::vector<StepClassifier>& classifiers) {
-  for (const auto& [name, statistics] : fields.statistics)
-    settled_.keep(*fields.find(name), statistics);
+  for (const auto& [name, statistics] : fields.statistics) {
+    const PlannedField* plan = fields.find(name);
+    if (plan && std::isfinite(statistics.high - statistics.low)) settled_.keep(*plan, statistics);
+  }
   for (const StepClassifier& classifier : classifiers) settled_.keep(classifier);
 }
 

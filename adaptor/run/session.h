@@ -10,21 +10,21 @@
 #include <string>
 #include <vector>
 
+#include "adaptor/common/log.h"
+#include "adaptor/common/stopwatch.h"
+#include "adaptor/config/config.h"
 #include "adaptor/ingest/block_set.h"
 #include "adaptor/plan/classification.h"
-#include "adaptor/config/config.h"
-#include "adaptor/step/feature_step.h"
 #include "adaptor/run/field_warnings.h"
 #include "adaptor/run/ladder.h"
-#include "adaptor/common/log.h"
 #include "adaptor/run/record.h"
 #include "adaptor/run/settled.h"
-#include "adaptor/step/step.h"
-#include "adaptor/common/stopwatch.h"
 #include "adaptor/run/trigger.h"
+#include "adaptor/step/feature_step.h"
+#include "adaptor/step/step.h"
 #include "proxy/archive/archive.h"
-#include "proxy/gl/device.h"
 #include "proxy/base/launch.h"
+#include "proxy/gl/device.h"
 
 namespace vestige {
 
@@ -68,6 +68,11 @@ class Session {
   void completeNorm(Fields& fields, PlannedField& plan, StepTimes& times);
   /// What a classifier knows of a field at this step, or from the first step on.
   FieldDomain domainOf(Fields& fields, const PlannedField& plan, StepTimes& times);
+  /// Whether no double says how far a field's values, or those of a norm's terms, are apart.
+  bool isTooWide(Fields& fields, const PlannedField& plan, StepTimes& times);
+  /// Takes such fields away, and the classifiers that want them, with a warning. Throws
+  /// VESTIGE_ERROR_FIELD where nothing is left to store.
+  void leaveOutTooWide(Fields& fields, std::int64_t cycle, StepTimes& times);
   std::vector<StepClassifier> classifiersOf(Fields& fields, double referenceLength,
                                             StepTimes& times);
   TierBytes featureBytes(const StepFrame& frame,

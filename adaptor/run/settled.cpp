@@ -2,6 +2,7 @@
 #include "adaptor/run/settled.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 namespace vestige {
@@ -30,6 +31,7 @@ IntervalPartition widened(const FieldConfig& config, const IntervalPartition& be
     low = std::min(statistics.low, low - statistics.low > well ? low - 0.25 * width : low);
   if (statistics.high > high)
     high = std::max(statistics.high, statistics.high - high > well ? high + 0.25 * width : high);
+  if (!std::isfinite(high - low)) return before;  // as far as doubles go
   FieldConfig over = config;
   if (!config.quantiles || !varies(statistics, config.intervals)) {
     over.range = FieldConfig::Range::Fixed;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "adaptor/step/feature_step.h"
 
+#include <limits>
 #include <optional>
 #include <utility>
 
-#include "adaptor/step/preview.h"
-#include "adaptor/compositing/ray_sorter.h"
 #include "adaptor/common/stopwatch.h"
+#include "adaptor/compositing/ray_sorter.h"
+#include "adaptor/step/preview.h"
 
 namespace vestige {
 
@@ -42,6 +43,7 @@ void FeatureStep::upload(const Job& job, const BlockPart& part) {
   struct Source {
     FieldReader reader;
     double low, high;
+    double most = kFarBeyondRange;
   };
   std::vector<Source> sources;
   std::vector<double> ranges;
@@ -51,14 +53,16 @@ void FeatureStep::upload(const Job& job, const BlockPart& part) {
     ranges.push_back(domain.range());
   }
   if (job.normalised->needsGradient()) {
-    sources.push_back({gradientReaderOf(plan.fields, std::move(ranges), from), 0.0, 1.0});
+    sources.push_back({gradientReaderOf(plan.fields, std::move(ranges), from), 0.0, 1.0,
+                       double(std::numeric_limits<float>::max())});
   }
   const Location location = plan.fields.front().location;
   const SampleRange window = samplesOf(*job.frame.blocks, part, location);
   std::vector<FillSlab> fills;
   for (const Source& source : sources) {
     fills.push_back([&source, &window, threads = job.threads](int z0, int z1, float* out) {
-      fillNormalised(source.reader, source.low, source.high, window, z0, z1, out, threads);
+      fillNormalised(source.reader, source.low, source.high, window, z0, z1, out, threads,
+                     source.most);
     });
   }
   marcher_.upload(marchGrid(*job.frame.blocks, part, location), fills, job.threads);

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "explorer/export/export_meanings.h"
+#include "proxy/format/image/storage_scale.h"
 #include "proxy/format/layout/feature_layout.h"
 #include "proxy/format/layout/field_layout.h"
 #include "proxy/format/layout/learned_layout.h"
@@ -74,10 +75,15 @@ ExportArray arrayOf(const ProxyHeader& header, ProxyPart part) {
   array.error = part.error;
   for (const Channel& channel : part.channels)
     array.channels.push_back(exportChannel(header, part.name, channel.name));
-  array.values = [held = std::make_shared<const ProxyPart>(std::move(part))](std::size_t) {
+  // Memory holds MIP as it is stored (scaleOfPart).
+  const StorageScale scale =
+      header.kind == kind::kMip ? StorageScale{part.unit, part.zero} : StorageScale{};
+  array.isDouble = !scale.identity();
+  array.values = [held = std::make_shared<const ProxyPart>(std::move(part)), scale](std::size_t) {
     std::vector<double> values;
     for (const Channel& channel : held->channels)
-      for (const float stored : channel.values) values.push_back(meant(held->name, double(stored)));
+      for (const float stored : channel.values)
+        values.push_back(meant(held->name, double(stored)) * scale.unit + scale.zero);
     return values;
   };
   return array;

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "explorer/gpu/light.h"
@@ -28,7 +30,7 @@ void ClassifiedSource::prepareGrid(const Classifier& normalised) {
     const std::vector<float> gradients = gradient ? bundle_.gradients() : std::vector<float>{};
     grid_.reset();
     grid_ = LookGrid::fields(bundle_.size, stretch_.sceneFromWorld() * bundle_.worldFromGrid,
-                             bundle_.values, gradients);
+                             bundle_.values, gradients, GridAxes(bundle_.nodes));
     grid_->low = bundle_.low;
     grid_->high = bundle_.high;
     key_.clear();
@@ -124,19 +126,69 @@ VolumeView ClassifiedSource::draw(const Look& look, const Classifier& classifier
     custom.worldFromScene = stretch.worldFromScene();
     setup.custom = &custom;
   }
-  return pass_.render(*grid_, setup);
+  VolumeView view = pass_.render(*grid_, setup);
+  if (look.trust && !bundle_.wrong.empty()) view.doubt = doubtOf(setup, view.picture);
+  return view;
+}
+
+void ClassifiedSource::addDoubt(const Moved& moved, VolumeSetup setup, const Picture& likely,
+                                std::vector<float>& doubt) {
+  const bool gradient = setup.classified->classifier->needsGradient();
+  std::vector<float> most(doubt.size(), 0.0f);
+  for (const double way : {-1.0, 1.0}) {
+    std::vector<float> values = bundle_.values, norms;
+    if (gradient) norms = bundle_.gradients();
+    moved(way, values, norms);
+    LookGrid other = LookGrid::fields(bundle_.size, grid_->worldFromGrid, values, norms,
+                                      GridAxes(bundle_.nodes));
+    other.low = grid_->low;
+    other.high = grid_->high;
+    other.gradient = std::move(grid_->gradient);
+    VolumePass::findBricks(other, *setup.classified->classifier);
+    const Picture picture = pass_.render(other, setup).picture;
+    grid_->gradient = std::move(other.gradient);
+    for (std::size_t i = 0; i < most.size(); ++i)
+      for (std::size_t c = 0; c < 3; ++c)
+        most[i] = std::max(most[i], std::abs(picture.rgba[4 * i + c] - likely.rgba[4 * i + c]));
+  }
+  for (std::size_t i = 0; i < doubt.size(); ++i) doubt[i] += most[i];
+}
+
+std::vector<float> ClassifiedSource::doubtOf(const VolumeSetup& setup, const Picture& likely) {
+  std::vector<float> doubt(likely.size.pixels(), 0.0f);
+  for (std::size_t j = 0; j < bundle_.fields.size(); ++j) {
+    addDoubt(
+        [&](double way, std::vector<float>& values, std::vector<float>&) {
+          for (std::size_t i = 0; i < values.size() / 4; ++i)
+            values[4 * i + j] += float(way * bundle_.wrong[j].at(i));
+        },
+        setup, likely, doubt);
+  }
+  if (!setup.classified->classifier->needsGradient()) return doubt;
+  const std::vector<float> far = bundle_.gradientsWrong();
+  addDoubt(
+      [&](double way, std::vector<float>&, std::vector<float>& norms) {
+        for (std::size_t i = 0; i < norms.size(); ++i)
+          norms[i] = std::max(norms[i] + float(way) * far[i], 0.0f);
+      },
+      setup, likely, doubt);
+  return doubt;
 }
 
 void ClassifiedSource::prepareFirst() {
   if (first_) return;
   std::vector<float> values(bundle_.values.size() / 4);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = bundle_.values[4 * i];
-  first_ = LookGrid::scalar(bundle_.size, bundle_.worldFromGrid, values);
+  first_ = LookGrid::scalar(bundle_.size, bundle_.worldFromGrid, values, GridAxes(bundle_.nodes));
   first_->low = bundle_.low;
   first_->high = bundle_.high;
   const FieldDomain& domain = bundle_.domains.front();
   first_->valueZero = domain.low + first_->valueZero * domain.range();
   first_->valueUnit *= domain.range();
+  if (bundle_.wrong.empty()) return;
+  const FieldBundle::Wrong& wrong = bundle_.wrong.front();
+  const double texels = wrong.unit * domain.range() / first_->valueUnit;
+  wrong.share.empty() ? first_->setWrong(texels) : first_->setWrong(wrong.share, texels);
 }
 
 VolumeView ClassifiedSource::drawMaximum(const Look& look, const TransferFunction& function,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -42,6 +43,15 @@ class ClassifiedSource {
   void prepareFirst();
   /// Normals of the grid: of the one field, from baked_ or from the classifier's densities.
   void findGradients(const ClassifiedLook& look);
+
+  /// Moves values (and gradient norms) by as much as they may be wrong, times `way`.
+  using Moved =
+      std::function<void(double way, std::vector<float>& values, std::vector<float>& norms)>;
+  /// Adds how far the picture changes with what is moved, whichever way changes it more.
+  void addDoubt(const Moved& moved, VolumeSetup setup, const Picture& likely,
+                std::vector<float>& doubt);
+  /// DrawnView::doubt: the sum over the fields, and over gradients where the classifier asks.
+  std::vector<float> doubtOf(const VolumeSetup& setup, const Picture& likely);
 
   long cycle_;
   FieldBundle bundle_;

@@ -152,6 +152,29 @@ void spread(const StackBins& bins, const std::vector<float>& stored, std::size_t
   });
 }
 
+/// Within a slab a stack places nothing: there a weight may be as far from the slab's mean as those
+/// of the slabs beside it are, halfway.
+void boundBy(const StackBins& bins, const std::vector<float>& stored, std::size_t pixels,
+             FeatureGrid& grid) {
+  const std::size_t n = grid.channels, slabs = stored.size() / n / pixels;
+  parallelRanges(grid.size.z, [&](int begin, int end) {
+    forCells(grid.size, begin, end, [&](std::size_t cell, int x, int y, int z) {
+      const std::size_t bin = bins.of(x, y, z);
+      if (bin == StackBins::kNone) return;
+      const std::size_t slab = bin / pixels;
+      const std::size_t before = slab > 0 ? bin - pixels : bin;
+      const std::size_t after = slab + 1 < slabs ? bin + pixels : bin;
+      for (std::size_t i = 0; i < n; ++i) {
+        const float own = stored[bin * n + i];
+        const float change = 0.5f * std::max(std::abs(stored[before * n + i] - own),
+                                             std::abs(stored[after * n + i] - own));
+        std::uint8_t& wrong = grid.wrong[cell * n + i];
+        wrong = std::min(wrong, std::uint8_t(std::lround(std::min(change, 1.0f) * 255.0f)));
+      }
+    });
+  });
+}
+
 }  // namespace
 
 FeatureGrid fusedFeatures(std::span<const FeatureStack> stacks) {
@@ -176,6 +199,9 @@ FeatureGrid fusedFeatures(std::span<const FeatureStack> stacks) {
     bins.emplace_back(stack.header, grid);
     stored.push_back(storedMeans(stack, grid.channels));
   }
+  grid.wrong.assign(grid.weights.size(), 255);
+  for (std::size_t s = 0; s < stacks.size(); ++s)
+    boundBy(bins[s], stored[s], stacks[s].header.size.pixels(), grid);
   spread(bins.front(), stored.front(), header.size.pixels(), grid);
   // What one stack sees nothing of, the others' scaling would leave empty for good: where a slab is
   // all empty it is so truly.
@@ -190,7 +216,7 @@ FeatureGrid fusedFeatures(std::span<const FeatureStack> stacks) {
   return grid;
 }
 
-LookGrid FeatureGrid::optics(std::span<const ChannelOptics> look) const {
+LookGrid FeatureGrid::optics(std::span<const ChannelOptics> look, double doubt) const {
   std::vector<float> rgba(weights.size() / channels * 4, 0.0f);
   std::vector<glm::vec4> each;
   for (const ChannelOptics& channel : look) {
@@ -199,7 +225,11 @@ LookGrid FeatureGrid::optics(std::span<const ChannelOptics> look) const {
   parallelRanges(size.z, [&](int begin, int end) {
     forCells(size, begin, end, [&](std::size_t cell, int, int, int) {
       glm::vec4 sum(0.0f);
-      for (std::size_t i = 0; i < channels; ++i) sum += weights[cell * channels + i] * each[i];
+      for (std::size_t i = 0; i < channels; ++i) {
+        const std::size_t at = cell * channels + i;
+        const float moved = weights[at] + float(doubt / 255.0) * float(wrong[at]);
+        sum += (doubt == 0.0 ? weights[at] : std::clamp(moved, 0.0f, 1.0f)) * each[i];
+      }
       for (int c = 0; c < 4; ++c) rgba[4 * cell + std::size_t(c)] = sum[c];
     });
   });

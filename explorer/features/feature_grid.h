@@ -20,9 +20,13 @@ struct FeatureGrid {
   glm::dmat4 worldFromGrid{1.0};
   std::size_t channels = 0;
   std::vector<float> weights;  ///< [cell][channel], x fastest; 0 outside of the domain
+  /// [cell][channel] how far they may be wrong, 255 = 1: by as much as slabs beside each other
+  /// differ in the stack that places them best.
+  std::vector<std::uint8_t> wrong;
 
-  /// The optics of the cells under a look, to be drawn. [channel] optics.
-  LookGrid optics(std::span<const ChannelOptics> optics) const;
+  /// The optics of the cells under a look, to be drawn, with weights moved by `doubt` times what
+  /// they may be wrong by. [channel] optics.
+  LookGrid optics(std::span<const ChannelOptics> optics, double doubt = 0.0) const;
 };
 
 /// Weights that agree with what every stack stores: starting from the first stack's slabs, each

@@ -149,11 +149,24 @@ FeatureSource::Drawn FeatureSource::drawGrid(const Look& look,
   const TransferFunction length =
       TransferFunction::ramp(0.0, 1.0, origin().referenceLength);  // of a slice's opacity
   VolumeView view = painter_.draw(*grid_, clipped, length, nullptr, domain, camera, size);
+  if (look.trust) {
+    view.doubt.assign(view.picture.size.pixels(), 0.0f);
+    for (const double way : {-1.0, 1.0}) {
+      LookGrid other = weights_->optics(optics, way);
+      GridPainter painter;
+      const Picture moved =
+          painter.draw(other, clipped, length, nullptr, domain, camera, size).picture;
+      for (std::size_t i = 0; i < view.doubt.size(); ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+          view.doubt[i] = std::max(view.doubt[i],
+                                   std::abs(moved.rgba[4 * i + c] - view.picture.rgba[4 * i + c]));
+    }
+  }
   std::string names;
   for (const std::string& each : fused_) names += (names.empty() ? "'" : ", '") + each + "'";
   return {std::move(view.picture),
           std::move(view.depth),
-          {},
+          std::move(view.doubt),
           std::move(view.guess),
           fmt::format("sliced features answer: {} {} as a grid of {} x {} x {} cells",
                       fused_.size() == 1 ? "stack" : "stacks", names, weights_->size.x,

@@ -6,11 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "explorer/recomposition/decode.h"
+#include "explorer/stacks/stack_source.h"
 #include "explorer/volume/field_source.h"
 #include "explorer/volume/known_mean.h"
-#include "explorer/stacks/stack_source.h"
 #include "proxy/base/error.h"
 #include "proxy/base/parallel.h"
 
@@ -24,10 +25,12 @@ struct Samples {
   glm::ivec3 size{0};
   glm::dmat4 worldFromGrid{1.0};
   glm::dvec3 low{0.0}, high{1.0};
-  std::vector<float> values;  ///< normalised by its domain
+  std::array<std::vector<double>, 3> nodes;  ///< as GridAxes
+  std::vector<float> values;                 ///< normalised by its domain
   FieldDomain domain;
   Box box;
   std::string note;
+  std::optional<FieldBundle::Wrong> wrong;
 };
 
 FieldDomain domainOf(const ProxyHeader& header) {
@@ -50,15 +53,20 @@ void normalise(std::vector<float>& values, double unit, double zero, const Field
 }
 
 Samples storedField(const Archive& archive, const ArchiveRow& row) {
-  PlacedField placed = evenlyPlacedField(readImage(archive.open(row)));
+  PlacedField placed = placedField(readImage(archive.open(row)));
   Samples samples{placed.size,
                   placed.worldFromGrid,
                   placed.low,
                   placed.high,
+                  std::move(placed.nodes),
                   std::move(placed.values),
                   domainOf(placed.header),
                   placed.header.domain,
-                  "'" + placed.header.field + "' as stored"};
+                  "'" + placed.header.field + "' as stored",
+                  std::nullopt};
+  const FieldGrid& stored = *placed.header.grid;
+  if (stored.reduction == 1)
+    samples.wrong = FieldBundle::Wrong{stored.tolerance / samples.domain.range(), {}};
   normalise(samples.values, placed.valueUnit, placed.valueZero, samples.domain);
   return samples;
 }
@@ -71,11 +79,17 @@ Samples fromStacks(const Archive& archive, long cycle, const std::string& field)
                   fused.worldFromGrid,
                   glm::dvec3(0.0),
                   glm::dvec3(1.0),
+                  {},
                   std::move(fused.values),
                   domainOf(header),
                   header.domain,
                   fmt::format("'{}' from {} {}", field, headers.size(),
-                              headers.size() == 1 ? "stack" : "stacks")};
+                              headers.size() == 1 ? "stack" : "stacks"),
+                  std::nullopt};
+  samples.wrong = FieldBundle::Wrong{};
+  if (!fused.wrong.empty())
+    samples.wrong = {double(StackSamples::kWrongUnit) * fused.unit / samples.domain.range(),
+                     std::move(fused.wrong)};
   normalise(samples.values, fused.unit, fused.zero, samples.domain);
   return samples;
 }
@@ -130,37 +144,53 @@ double interpolated(glm::ivec3 size, const glm::dvec3& cell, const Value& value)
   return mean.value();
 }
 
+/// Where along an axis of so many samples a place in cells of equal width is, counted in samples,
+/// and the inverse; `nodes` as GridAxes.
+double indexAt(const std::vector<double>& nodes, double place) {
+  if (nodes.empty()) return place - 0.5;
+  const auto after = std::upper_bound(nodes.begin() + 1, nodes.end() - 1, place);
+  const double from = *(after - 1);
+  return double(after - nodes.begin() - 1) + (place - from) / (*after - from);
+}
+double placeAt(const std::vector<double>& nodes, int index) {
+  return nodes.empty() ? index + 0.5 : nodes[std::size_t(index)];
+}
+
+glm::dvec3 indexAt(const std::array<std::vector<double>, 3>& nodes, const glm::dvec3& place) {
+  return {indexAt(nodes[0], place.x), indexAt(nodes[1], place.y), indexAt(nodes[2], place.z)};
+}
+
 class Interpolator {
  public:
-  Interpolator(const Samples& from, const Samples& to) : from_(from) {
-    const glm::dmat4 m = glm::inverse(from.worldFromGrid) * to.worldFromGrid;
-    const auto cell = [&](glm::dvec3 at) {
-      return glm::dvec3(m * glm::dvec4((at + 0.5) / glm::dvec3(to.size), 1.0)) *
-                 glm::dvec3(from.size) -
-             0.5;
-    };
-    start_ = cell({0, 0, 0});
-    for (int a = 0; a < 3; ++a) {
-      glm::dvec3 step(0.0);
-      step[a] = 1.0;
-      way_[a] = cell(step) - start_;
-    }
-  }
+  Interpolator(const Samples& from, const Samples& to)
+      : from_(from),
+        to_(to),
+        placeFromPlace_(glm::inverse(from.worldFromGrid) * to.worldFromGrid) {}
 
   float at(int x, int y, int z) const {
-    const glm::dvec3 cell =
-        start_ + double(x) * way_[0] + double(y) * way_[1] + double(z) * way_[2];
-    return float(
-        interpolated(from_.size, cell, [&](std::size_t i) { return double(from_.values[i]); }));
+    return float(interpolated(from_.size, cellAt(x, y, z),
+                              [&](std::size_t i) { return double(from_.values[i]); }));
+  }
+  /// Of something else that is given at the samples.
+  std::uint8_t share(const std::vector<std::uint8_t>& shares, int x, int y, int z) const {
+    return std::uint8_t(std::lround(interpolated(
+        from_.size, cellAt(x, y, z), [&](std::size_t i) { return double(shares[i]); })));
   }
 
  private:
-  const Samples& from_;
-  glm::dvec3 start_{0.0}, way_[3];
+  glm::dvec3 cellAt(int x, int y, int z) const {
+    const glm::dvec3 place(placeAt(to_.nodes[0], x), placeAt(to_.nodes[1], y),
+                           placeAt(to_.nodes[2], z));
+    const glm::dvec3 grid(placeFromPlace_ * glm::dvec4(place / glm::dvec3(to_.size), 1.0));
+    return indexAt(from_.nodes, grid * glm::dvec3(from_.size));
+  }
+
+  const Samples &from_, &to_;
+  glm::dmat4 placeFromPlace_;
 };
 
 bool sameGrid(const Samples& a, const Samples& b) {
-  return a.size == b.size && a.worldFromGrid == b.worldFromGrid;
+  return a.size == b.size && a.worldFromGrid == b.worldFromGrid && a.nodes == b.nodes;
 }
 
 }  // namespace
@@ -168,6 +198,7 @@ bool sameGrid(const Samples& a, const Samples& b) {
 FieldBundle::FieldBundle(const Archive& archive, long cycle, std::vector<std::string> names)
     : fields(std::move(names)), lengthUnit(archive.lengthUnit()) {
   Samples first;
+  bool isKnown = true;
   for (std::size_t j = 0; j < fields.size(); ++j) {
     Samples samples = samplesOf(archive, cycle, fields[j]);
     domains.push_back(samples.domain);
@@ -178,6 +209,9 @@ FieldBundle::FieldBundle(const Archive& archive, long cycle, std::vector<std::st
     }
     const bool same = sameGrid(first, samples);
     const Interpolator interpolate(samples, first);
+    isKnown = isKnown && samples.wrong;
+    Wrong& far = wrong.emplace_back(samples.wrong.value_or(Wrong{}));
+    if (!same && !far.share.empty()) far.share.resize(values.size() / 4);
     const auto nx = std::size_t(first.size.x), ny = std::size_t(first.size.y);
     parallelRanges(first.size.z, [&](int begin, int end) {
       for (int z = begin; z < end; ++z) {
@@ -185,16 +219,20 @@ FieldBundle::FieldBundle(const Archive& archive, long cycle, std::vector<std::st
           for (std::size_t x = 0; x < nx; ++x) {
             const std::size_t i = (std::size_t(z) * ny + y) * nx + x;
             values[4 * i + j] = same ? samples.values[i] : interpolate.at(int(x), int(y), z);
+            if (!same && !far.share.empty())
+              far.share[i] = interpolate.share(samples.wrong->share, int(x), int(y), z);
           }
         }
       }
     });
     if (j == 0) first.values.clear();
   }
+  if (!isKnown) wrong.clear();
   size = first.size;
   worldFromGrid = first.worldFromGrid;
   low = first.low;
   high = first.high;
+  nodes = std::move(first.nodes);
   domain = first.box;
   for (std::size_t i = 0; i < values.size(); i += 4) {
     bool known = true;
@@ -212,23 +250,35 @@ FieldSample FieldBundle::sample(const glm::dvec3& world) const {
   const glm::dvec3 grid(glm::inverse(worldFromGrid) * glm::dvec4(world, 1.0));
   sample.values.fill(0.0);
   for (std::size_t j = 0; j < fields.size(); ++j) {
-    sample.values[j] = interpolated(size, grid * glm::dvec3(size) - 0.5, [&](std::size_t i) {
-      return domains[j].low + double(values[4 * i + j]) * domains[j].range();
-    });
+    sample.values[j] =
+        interpolated(size, indexAt(nodes, grid * glm::dvec3(size)), [&](std::size_t i) {
+          return domains[j].low + double(values[4 * i + j]) * domains[j].range();
+        });
   }
   return sample;
 }
 
-std::vector<float> FieldBundle::gradients() const {
-  std::vector<float> norms(values.size() / 4);
-  const glm::dmat3 cellFromWorld = [&] {
-    glm::dmat3 m = glm::inverse(glm::dmat3(worldFromGrid));
-    for (int column = 0; column < 3; ++column) {
-      for (int row = 0; row < 3; ++row) m[column][row] *= double(size[row]);
-    }
-    return m;
-  }();
-  const glm::dmat3 worldFromSlope = glm::transpose(cellFromWorld);
+std::array<std::vector<double>, 3> FieldBundle::places() const {
+  std::array<std::vector<double>, 3> places;
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i < size[a]; ++i)
+      places[std::size_t(a)].push_back(placeAt(nodes[std::size_t(a)], i) / size[a]);
+  return places;
+}
+
+namespace {
+
+/// Of a cell along an axis: the cells before and after, itself where one of them has no data, and
+/// how far these are apart in cells of equal width.
+struct SlopeEnds {
+  std::size_t before, after;
+  double run;
+};
+
+}  // namespace
+
+template <typename Visit>
+void FieldBundle::forSlopes(const Visit& visit) const {
   const std::array<std::size_t, 3> stride{1, std::size_t(size.x),
                                           std::size_t(size.x) * std::size_t(size.y)};
   parallelRanges(size.z, [&](int begin, int end) {
@@ -238,32 +288,72 @@ std::vector<float> FieldBundle::gradients() const {
           const glm::ivec3 at(x, y, z);
           const std::size_t i =
               std::size_t(z) * stride[2] + std::size_t(y) * stride[1] + std::size_t(x);
-          if (std::isnan(values[4 * i])) {
-            norms[i] = kNone;
-            continue;
+          if (std::isnan(values[4 * i])) continue;
+          std::array<SlopeEnds, 3> ends;
+          for (int a = 0; a < 3; ++a) {
+            const auto s = stride[std::size_t(a)];
+            const bool before = at[a] > 0 && !std::isnan(values[4 * (i - s)]);
+            const bool after = at[a] + 1 < size[a] && !std::isnan(values[4 * (i + s)]);
+            const auto& axis = nodes[std::size_t(a)];
+            ends[std::size_t(a)] = {
+                before ? i - s : i, after ? i + s : i,
+                placeAt(axis, at[a] + int(after)) - placeAt(axis, at[a] - int(before))};
           }
-          double squares = 0.0;
-          for (std::size_t j = 0; j < fields.size(); ++j) {
-            glm::dvec3 slope(0.0);
-            for (int a = 0; a < 3; ++a) {
-              const auto s = stride[std::size_t(a)];
-              std::size_t before = at[a] > 0 ? i - s : i;
-              std::size_t after = at[a] + 1 < size[a] ? i + s : i;
-              if (std::isnan(values[4 * before])) before = i;
-              if (std::isnan(values[4 * after])) after = i;
-              if (before == after) continue;
-              slope[a] = (double(values[4 * after + j]) - double(values[4 * before + j])) /
-                         double((after - before) / s);
-            }
-            const glm::dvec3 gradient = worldFromSlope * slope;
-            squares += glm::dot(gradient, gradient);
-          }
-          norms[i] = float(std::sqrt(squares) / lengthUnit);
+          visit(i, ends);
         }
       }
     }
   });
+}
+
+namespace {
+
+/// World from slopes by cells of equal width.
+glm::dmat3 worldFromSlopes(const glm::dmat4& worldFromGrid, glm::ivec3 size) {
+  glm::dmat3 m = glm::inverse(glm::dmat3(worldFromGrid));
+  for (int column = 0; column < 3; ++column)
+    for (int row = 0; row < 3; ++row) m[column][row] *= double(size[row]);
+  return glm::transpose(m);
+}
+
+}  // namespace
+
+std::vector<float> FieldBundle::gradients() const {
+  std::vector<float> norms(values.size() / 4, kNone);
+  const glm::dmat3 worldFromSlope = worldFromSlopes(worldFromGrid, size);
+  forSlopes([&](std::size_t i, const std::array<SlopeEnds, 3>& ends) {
+    double squares = 0.0;
+    for (std::size_t j = 0; j < fields.size(); ++j) {
+      glm::dvec3 slope(0.0);
+      for (int a = 0; a < 3; ++a) {
+        const auto& [before, after, run] = ends[std::size_t(a)];
+        if (before != after)
+          slope[a] = (double(values[4 * after + j]) - double(values[4 * before + j])) / run;
+      }
+      const glm::dvec3 gradient = worldFromSlope * slope;
+      squares += glm::dot(gradient, gradient);
+    }
+    norms[i] = float(std::sqrt(squares) / lengthUnit);
+  });
   return norms;
+}
+
+std::vector<float> FieldBundle::gradientsWrong() const {
+  std::vector<float> far(values.size() / 4, 0.0f);
+  const glm::dmat3 worldFromSlope = worldFromSlopes(worldFromGrid, size);
+  forSlopes([&](std::size_t i, const std::array<SlopeEnds, 3>& ends) {
+    double squares = 0.0;
+    for (const Wrong& each : wrong) {
+      for (int a = 0; a < 3; ++a) {
+        const auto& [before, after, run] = ends[std::size_t(a)];
+        if (before == after) continue;
+        const double slope = std::hypot(each.at(before), each.at(after)) / run;
+        squares += slope * slope * glm::dot(worldFromSlope[a], worldFromSlope[a]);
+      }
+    }
+    far[i] = float(std::sqrt(squares) / lengthUnit);
+  });
+  return far;
 }
 
 }  // namespace vestige

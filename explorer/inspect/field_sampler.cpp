@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "explorer/volume/known_mean.h"
 
@@ -46,14 +45,15 @@ double FieldSampler::at(const glm::dvec3& world) const {
     if (weight <= 0.0) continue;
     mean.add(double(field_.values[(i[2] * ny + i[1]) * nx + i[0]]), weight);
   }
-  return std::lerp(field_.low, field_.high, mean.value());
+  const double share = mean.value();
+  return std::isnan(share) ? share : std::lerp(field_.low, field_.high, share);  // lerp: of numbers
 }
 
-double FieldSampler::spacing() const {
-  double least = std::numeric_limits<double>::infinity();
-  for (const FieldAxis& axis : field_.axes)
-    for (int i = 1; i < axis.count; ++i) least = std::min(least, axis.at(i) - axis.at(i - 1));
-  return least;
+std::array<std::vector<double>, 3> FieldSampler::nodes() const {
+  std::array<std::vector<double>, 3> nodes;
+  for (std::size_t a = 0; a < 3; ++a)
+    for (int i = 0; i < field_.axes[a].count; ++i) nodes[a].push_back(field_.axes[a].at(i));
+  return nodes;
 }
 
 }  // namespace vestige

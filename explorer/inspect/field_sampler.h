@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <glm/vec3.hpp>
+#include <vector>
 
 #include "proxy/format/layout/field_layout.h"
 
@@ -15,8 +17,8 @@ class FieldSampler {
   /// Trilinear, in the field's units; beyond the outermost samples it goes on as it ends. Where the
   /// nearest sample has no data NaN, else of those that have some.
   double at(const glm::dvec3& world) const;
-  /// The least distance of two samples along an axis; infinite where each has one.
-  double spacing() const;
+  /// Where the samples stand along each axis.
+  std::array<std::vector<double>, 3> nodes() const;
 
  private:
   FieldSamples field_;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -77,14 +78,30 @@ nlohmann::json toJson(const std::vector<ProbeCell>& cells) {
   return list;
 }
 
+int digitsOf(double low, double high) {
+  const double most = std::max(std::abs(low), std::abs(high)), width = high - low;
+  if (!(width > 0.0) || !std::isfinite(width)) return 6;
+  return int(std::clamp(std::ceil(std::log10(most / width)) + 4.0, 6.0, 17.0));
+}
+
 std::string probeText(const std::vector<ProbeCell>& cells) {
   if (cells.empty()) return "the ray meets nothing there\n";
-  std::string text = fmt::format("{:>4} {:>12} {:>12}  {:<7} {:>12} {:>12} {:>12}\n", "slab",
-                                 "near", "far", "channel", "from", "to", "length");
+  double least = HUGE_VAL, most = -HUGE_VAL;
+  for (const ProbeCell& cell : cells)
+    for (const ProbeShare& share : cell.shares)
+      for (const double bound : {share.low, share.high}) {
+        if (!std::isfinite(bound)) continue;
+        least = std::min(least, bound);
+        most = std::max(most, bound);
+      }
+  const int digits = digitsOf(least, most), wide = std::max(12, digits + 6);
+  std::string text = fmt::format("{:>4} {:>12} {:>12}  {:<7} {:>{}} {:>{}} {:>12}\n", "slab",
+                                 "near", "far", "channel", "from", wide, "to", wide, "length");
   for (const ProbeCell& cell : cells) {
     const auto line = [&](const std::string& channel, double low, double high, double length) {
-      text += fmt::format("{:>4} {:>12.6g} {:>12.6g}  {:<7} {:>12.6g} {:>12.6g} {:>12.6g}\n",
-                          cell.slab, cell.nearDepth, cell.farDepth, channel, low, high, length);
+      text += fmt::format("{:>4} {:>12.6g} {:>12.6g}  {:<7} {:>{}.{}g} {:>{}.{}g} {:>12.6g}\n",
+                          cell.slab, cell.nearDepth, cell.farDepth, channel, low, wide, digits,
+                          high, wide, digits, length);
     };
     for (const ProbeShare& share : cell.shares)
       line(share.channel, share.low, share.high, share.length);

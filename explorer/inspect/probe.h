@@ -32,6 +32,8 @@ std::vector<ProbeCell> probe(const SlicedStack& stack, int x, int y,
                              std::optional<double> depth = {});
 
 nlohmann::json toJson(const std::vector<ProbeCell>& cells);
+/// Significant digits that tell values from `low` to `high` apart, 6 .. 17.
+int digitsOf(double low, double high);
 /// An aligned table for people.
 std::string probeText(const std::vector<ProbeCell>& cells);
 

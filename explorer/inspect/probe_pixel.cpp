@@ -21,9 +21,13 @@ using nlohmann::json;
 
 /// Opacity that can be seen in 8 bits.
 constexpr double kVisible = 1.0 / 255.0;
-constexpr int kMostSamples = 4096;
+constexpr std::size_t kMostSamples = 8192;
 
 json numberOrNull(double value) { return std::isfinite(value) ? json(value) : json(); }
+/// Of all values of a field at the step.
+json rangeJson(const ProxyHeader& header) {
+  return {header.statistics.low, header.statistics.high};
+}
 json vectorJson(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 /// A pixel's ray and its way through the domain, in planar depths; enters > leaves: it misses.
@@ -77,7 +81,8 @@ std::optional<std::array<int, 2>> storedPixel(const ProxyHeader& stored, const P
 /// Values along the ray of one field.
 struct Values {
   std::function<double(const glm::dvec3&)> at;
-  double spacing = 0.0;
+  glm::dmat4 gridFromWorld{1.0};
+  std::array<std::vector<double>, 3> nodes;  ///< where its samples stand, in grid coordinates
   std::string note;
 };
 
@@ -87,18 +92,43 @@ std::optional<Values> valuesOf(const Archive& archive, long cycle, const std::st
     const auto sampler = std::make_shared<const FieldSampler>(fieldSamples(image));
     const FieldGrid& grid = *image.header.grid;
     return Values{[sampler](const glm::dvec3& world) { return sampler->at(world); },
-                  sampler->spacing(),
+                  glm::dmat4(1.0), sampler->nodes(),
                   fmt::format("stored field, each sample within {:.3g}{}", grid.tolerance,
                               grid.reduction > 1 ? " of a mean" : "")};
   }
   if (StackSource::viewsOf(archive, cycle, field).empty()) return std::nullopt;
   const auto bundle = std::make_shared<const FieldBundle>(archive, cycle, std::vector{field});
-  double spacing = HUGE_VAL;
-  for (int a = 0; a < 3; ++a)
-    spacing = std::min(spacing,
-                       glm::length(glm::dvec3(bundle->worldFromGrid[a])) / double(bundle->size[a]));
   return Values{[bundle](const glm::dvec3& world) { return bundle->sample(world).values[0]; },
-                spacing, bundle->note};
+                glm::inverse(bundle->worldFromGrid), bundle->places(), bundle->note};
+}
+
+/// The planar depths at which the ray's values are asked for: where it passes from cell to cell of
+/// the samples' own axes, between which values are smooth, and halfway between.
+std::vector<double> stationsOf(const Values& values, const PixelRay& ray) {
+  const double way = ray.leaves - ray.enters;
+  // A hair inside, where rounding cannot lose the domain's faces.
+  std::vector<double> faces{ray.enters + 1e-9 * way, ray.leaves - 1e-9 * way};
+  const glm::dvec3 from(values.gridFromWorld * glm::dvec4(ray.at(ray.enters), 1.0));
+  const glm::dvec3 to(values.gridFromWorld * glm::dvec4(ray.at(ray.leaves), 1.0));
+  for (int a = 0; a < 3; ++a) {
+    for (const double node : values.nodes[std::size_t(a)]) {
+      const double share = (node - from[a]) / (to[a] - from[a]);
+      if (share > 1e-6 && share < 1.0 - 1e-6) faces.push_back(ray.enters + share * way);
+    }
+  }
+  std::sort(faces.begin(), faces.end());
+  std::vector<double> stations;
+  const std::size_t every = 1 + faces.size() / (kMostSamples / 2);
+  for (std::size_t i = 0; i < faces.size(); i += every) {
+    if (stations.empty()) {
+      stations.push_back(faces[i]);
+    } else if (const double before = stations.back(); faces[i] - before > 1e-6 * way) {
+      stations.push_back(0.5 * (before + faces[i]));
+      stations.push_back(faces[i]);
+    }
+  }
+  if (stations.back() < faces.back() - 1e-6 * way) stations.push_back(faces.back());
+  return stations;
 }
 
 json sampleJson(const PixelRay& ray, double depth, double value) {
@@ -110,28 +140,23 @@ json sampleJson(const PixelRay& ray, double depth, double value) {
 json valuesJson(const Values& values, const PixelRay& ray, const OpticsTable::Optics& optics,
                 std::optional<double> only) {
   json found{{"source", values.note}, {"samples", json::array()}};
-  const double way = ray.leaves - ray.enters;
-  if (!(way >= 0.0)) return found;
+  if (!(ray.leaves >= ray.enters)) return found;
   if (only) {
     found["samples"].push_back(sampleJson(ray, *only, values.at(ray.at(*only))));
     return found;
   }
-  const double step = 0.5 * values.spacing * ray.ray.depthPerLength;
-  const int steps = int(std::clamp(std::ceil(way / step), 1.0, double(kMostSamples)));
-  double left = 1.0, before = std::numeric_limits<double>::quiet_NaN();
-  for (int i = 0; i <= steps; ++i) {
-    // A hair inside, where rounding cannot lose the domain's faces.
-    const double share = std::clamp(double(i) / steps, 1e-9, 1.0 - 1e-9);
-    const double depth = std::lerp(ray.enters, ray.leaves, share);
+  double left = 1.0, before = std::numeric_limits<double>::quiet_NaN(), depthBefore = 0.0;
+  for (const double depth : stationsOf(values, ray)) {
     const double value = values.at(ray.at(depth));
     found["samples"].push_back(sampleJson(ray, depth, value));
     if (optics && std::isfinite(value) && std::isfinite(before)) {
-      const double length = way / steps / ray.ray.depthPerLength;
+      const double length = (depth - depthBefore) / ray.ray.depthPerLength;
       left *= std::exp(-optics(0.5 * (before + value)).a * length);
       if (1.0 - left > kVisible && !found.contains("firstVisible"))
         found["firstVisible"] = found["samples"].back();
     }
     before = value;
+    depthBefore = depth;
   }
   return found;
 }
@@ -164,12 +189,16 @@ json channelsAt(const std::vector<ExportArray>& arrays, std::size_t at, std::siz
 json proxyJson(const ExrFile& file, std::array<int, 2> at, std::optional<double> depth) {
   const ProxyHeader& header = file.header();
   json found{{"proxy", header.kind}, {"view", header.view}, {"field", header.field}, {"pixel", at}};
+  if (header.partition) found["range"] = rangeJson(header);
+  if (header.customization) found["note"] = "values as the run's customisation made them";
   if (header.kind == kind::kSliced) {
     found["cells"] = toJson(probe(readStack(file), at[0], at[1], depth));
   } else {
+    const std::vector<ExportArray> arrays = exportArrays(file);
+    for (const ExportArray& array : arrays)
+      if (array.error > 0.0) found["within"][array.part] = array.error;
     found["channels"] =
-        channelsAt(exportArrays(file),
-                   std::size_t(at[1]) * std::size_t(header.size.width) + std::size_t(at[0]),
+        channelsAt(arrays, std::size_t(at[1]) * std::size_t(header.size.width) + std::size_t(at[0]),
                    header.size.pixels());
   }
   return found;
@@ -275,6 +304,7 @@ json probePixel(const Archive& archive, const Look& look, const Rendered& render
       json& found = probed["values"].emplace_back(valuesJson(*values, ray, optics, depth));
       found["field"] = field;
       found["units"] = own.units;
+      found["range"] = rangeJson(own);
     }
     addProxies(archive, picturesOf(archive, cycle, field, view), ray, depth, probed);
   }

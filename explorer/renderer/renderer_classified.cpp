@@ -115,7 +115,7 @@ void Renderer::Impl::drawFeatures(const Look& look, FeatureSource& source,
   out.depth = std::move(drawn.depth);
   if (look.trust) {
     out.trust =
-        drawn.stored ? trustFromDoubt(drawn.doubt) : trustFromStretch(drawn.guess, out.picture);
+        drawn.stored ? trustFromDoubt(drawn.doubt) : trustFromDoubt(drawn.doubt, drawn.guess);
   }
   out.answer = Answer::Features;
   out.notes.push_back(std::move(drawn.note));
@@ -146,7 +146,10 @@ void Renderer::Impl::drawClassified(const Look& look, const Classifier& classifi
   }
   out.picture = std::move(view.picture);
   out.depth = std::move(view.depth);
-  if (look.trust) out.trust = trustFromStretch(view.guess, out.picture);
+  if (look.trust) {
+    out.trust = view.doubt.empty() ? trustFromStretch(view.guess, out.picture)
+                                   : trustFromDoubt(view.doubt, view.guess);
+  }
   out.answer = Answer::Classified;
   out.notes.push_back(source.note());
   finish(look, header, viewSize, function ? &*function : nullptr, out, resolved->features());

@@ -13,90 +13,6 @@
 namespace vestige {
 namespace {
 
-constexpr int kMostFiner = 4;
-
-/// For each sample of an even axis, the sample of an uneven one before it and the share of the
-/// next.
-struct Place {
-  int before = 0;
-  float share = 0.0f;
-};
-
-FieldAxis evenAxis(const FieldAxis& axis) {
-  if (axis.nodes.empty() || axis.count == 1) return {axis.count, axis.at(0), 1.0, {}};
-  double finest = std::numeric_limits<double>::infinity();
-  for (int i = 1; i < axis.count; ++i) finest = std::min(finest, axis.at(i) - axis.at(i - 1));
-  const double extent = axis.nodes.back() - axis.nodes.front();
-  const double wanted = std::min(std::ceil(extent / finest), double(kMostFiner) * axis.count);
-  const int count = std::max(2, int(wanted) + 1);
-  return {count, axis.nodes.front(), extent / (count - 1), {}};
-}
-
-std::vector<Place> placesOf(const FieldAxis& from, const FieldAxis& to) {
-  std::vector<Place> places(std::size_t(to.count));
-  int before = 0;
-  for (int i = 0; i < to.count; ++i) {
-    const double x = to.at(i);
-    while (before + 2 < from.count && from.at(before + 1) <= x) ++before;
-    if (from.count > 1) {
-      const double share = (x - from.at(before)) / (from.at(before + 1) - from.at(before));
-      places[std::size_t(i)] = {before, float(std::clamp(share, 0.0, 1.0))};
-    }
-  }
-  return places;
-}
-
-}  // namespace
-
-FieldSamples evenlySampled(FieldSamples field) {
-  if (std::all_of(field.axes.begin(), field.axes.end(),
-                  [](const FieldAxis& axis) { return axis.nodes.empty(); })) {
-    return field;
-  }
-  FieldSamples even{{}, field.low, field.high, {}};
-  std::array<std::vector<Place>, 3> places;
-  for (std::size_t a = 0; a < 3; ++a) {
-    even.axes[a] = field.axes[a].nodes.empty() ? field.axes[a] : evenAxis(field.axes[a]);
-    places[a] = placesOf(field.axes[a], even.axes[a]);
-  }
-  const std::size_t nx = places[0].size(), ny = places[1].size(), nz = places[2].size();
-  const std::size_t fromX = std::size_t(field.axes[0].count),
-                    fromY = std::size_t(field.axes[1].count);
-  even.values.resize(nx * ny * nz);
-  // Beside samples without data, as the nearer one.
-  const auto mix = [](float a, float b, float share) {
-    if (!std::isfinite(a) || !std::isfinite(b)) return share < 0.5f ? a : b;
-    return a + share * (b - a);
-  };
-  parallelRanges(int(nz), [&](int begin, int end) {
-    for (int z = begin; z < end; ++z) {
-      const Place pz = places[2][std::size_t(z)];
-      for (std::size_t y = 0; y < ny; ++y) {
-        const Place py = places[1][y];
-        for (std::size_t x = 0; x < nx; ++x) {
-          const Place px = places[0][x];
-          const auto row = [&](int j, int k) {
-            const float* values = field.values.data() +
-                                  (std::size_t(k) * fromY + std::size_t(j)) * fromX +
-                                  std::size_t(px.before);
-            return px.share > 0.0f ? mix(values[0], values[1], px.share) : values[0];
-          };
-          const auto plane = [&](int k) {
-            return py.share > 0.0f ? mix(row(py.before, k), row(py.before + 1, k), py.share)
-                                   : row(py.before, k);
-          };
-          even.values[(std::size_t(z) * ny + y) * nx + x] =
-              pz.share > 0.0f ? mix(plane(pz.before), plane(pz.before + 1), pz.share)
-                              : plane(pz.before);
-        }
-      }
-    }
-  });
-  return even;
-}
-
-namespace {
-
 /// Where the cells of an axis begin, and how long they are together: the outermost ones reach as
 /// far beyond their samples as to halfway between theirs and the next.
 std::array<double, 2> extentOf(const FieldAxis& axis) {
@@ -134,10 +50,6 @@ PlacedField placed(FieldSamples field, const ProxyHeader& header) {
 
 PlacedField placedField(const ProxyImage& image) {
   return placed(thinned(fieldSamples(image)), image.header);
-}
-
-PlacedField evenlyPlacedField(const ProxyImage& image) {
-  return placed(thinned(evenlySampled(thinned(fieldSamples(image)))), image.header);
 }
 
 FieldSource::FieldSource(const ProxyImage& image) : header_(image.header) {

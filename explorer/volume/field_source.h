@@ -16,10 +16,8 @@ struct PlacedField {
   double valueUnit = 1.0, valueZero = 0.0;
   std::array<std::vector<double>, 3> nodes;  ///< of uneven axes, as GridAxes has them
 };
-/// Its own samples, or, `evenly`, none of its axes uneven. Throw Format for a proxy that does not
-/// decode.
+/// Throws Format for a proxy that does not decode.
 PlacedField placedField(const ProxyImage& image);
-PlacedField evenlyPlacedField(const ProxyImage& image);
 
 /// A stored field (kind "field") on the GPU, sample for sample as it is stored. Made, used and
 /// destroyed in Device::run.
@@ -40,9 +38,5 @@ class FieldSource {
   LookGrid grid_;
   GridPainter painter_;
 };
-
-/// Fields with uneven axes on even ones as fine as their finest spacing, with up to four times as
-/// many samples, trilinear; others as they are.
-FieldSamples evenlySampled(FieldSamples field);
 
 }  // namespace vestige

@@ -228,11 +228,13 @@ LookGrid LookGrid::scalar(glm::ivec3 size, const glm::dmat4& worldFromGrid,
 }
 
 LookGrid LookGrid::fields(glm::ivec3 size, const glm::dmat4& worldFromGrid,
-                          std::span<const float> values, std::span<const float> gradients) {
+                          std::span<const float> values, std::span<const float> gradients,
+                          GridAxes axes) {
   checkCount(size, values.size(), 4);
   if (!gradients.empty()) checkCount(size, gradients.size(), 1);
   LookGrid grid;
   grid.content = GridContent::Fields;
+  grid.axes = std::move(axes);
   grid.size = size;
   grid.worldFromGrid = worldFromGrid;
   grid.bricks = bricksOf(size);

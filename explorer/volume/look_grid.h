@@ -79,7 +79,8 @@ struct LookGrid {
   /// Uploads four normalised values a cell, of which the first is not finite in a cell without
   /// data, and one gradient norm a cell, or none at all.
   static LookGrid fields(glm::ivec3 size, const glm::dmat4& worldFromGrid,
-                         std::span<const float> values, std::span<const float> gradients);
+                         std::span<const float> values, std::span<const float> gradients,
+                         GridAxes axes = {});
 
   /// Uploads how far each value may be wrong, in `unit` texels.
   void setWrong(std::span<const std::uint8_t> wrong, double unit);

@@ -515,6 +515,7 @@ LookGrid VolumePass::baked(const LookGrid& grid, const ClassifiedLook& look) {
   LookGrid result = LookGrid::emptyOptics(grid.size, grid.worldFromGrid, scale > 0.0 ? scale : 1.0);
   result.low = grid.low;
   result.high = grid.high;
+  result.axes = GridAxes(grid.axes.nodes);
   Defines defines;
   addClassifierDefines(defines, grid, look);
   addGridDefines(defines, grid);

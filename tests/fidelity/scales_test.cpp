@@ -8,7 +8,10 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <nlohmann/json.hpp>
 
+#include "explorer/export/export_arrays.h"
+#include "explorer/inspect/probe_pixel.h"
 #include "explorer/renderer/renderer.h"
 #include "proxy/gl/device.h"
 #include "tests/adaptor/api/simulation.h"
@@ -222,11 +225,11 @@ TEST(Scales, TheSameSceneInOtherUnitsIsTheSamePicture) {
   for (const Scale& scale : std::vector<Scale>{{"stars in cm", 4.5e13},
                                                {"clusters in cm", 3e25},
                                                {"atoms in m", 1e-10},
-                                               {"nuclei and less", 1e-25},
                                                {"large values", 1.0, 1e300},
                                                {"small values", 1.0, 1e-300},
                                                {"floats' end", 1.0, 1e38},
-                                               {"both", 1e20, 1e20},
+                                               {"the largest of both", 9e29, 1e300},
+                                               {"the smallest of both", 1.1e-30, 1e-300},
                                                {"small on large", 1.0, 0.01, -1e12, 0.03},
                                                {"pressure", 1.0, 0.01, 101325.0}}) {
     SCOPED_TRACE(scale.name);
@@ -234,11 +237,90 @@ TEST(Scales, TheSameSceneInOtherUnitsIsTheSamePicture) {
     for (const auto& [name, picture] : wanted) {
       const auto found = made.find(name);
       if (found == made.end()) continue;  // said already
-      // Gaussians square distances of values: not beyond 1e150.
-      const double size = std::abs(std::log10(scale.value));
-      if (size > 150.0 && name.find("features") != name.npos) continue;
       EXPECT_LT(rootMeanSquare(picture, found->second), scale.tolerance) << name;
     }
+  }
+}
+
+/// All numbers of a probe, by their place in it.
+void numbersOf(const nlohmann::json& json, const std::string& place,
+               std::map<std::string, double>& out) {
+  if (json.is_number()) out[place] = json.get<double>();
+  if (!json.is_structured()) return;
+  for (const auto& [key, value] : json.items()) numbersOf(value, place + "/" + key, out);
+}
+
+TEST(Scales, ProbesAndExportsAreInTheRunsUnits) {
+  const Folder folder;
+  const auto probed = [&](const Scale& scale, nlohmann::json& probe,
+                          std::map<std::string, std::vector<double>>& exported) {
+    const auto archive = std::make_shared<const Archive>(archiveOf(folder, scale));
+    Look look;
+    look.field = "f";
+    probe = probePixel(*archive, look, Renderer(device(), archive).render(look), 18, 17);
+    for (const ArchiveRow& row : archive->rows())
+      if (row.field == "f")
+        for (const ExportArray& array : exportArrays(archive->open(row)))
+          exported[row.view + row.proxy + array.part] = array.values(0);
+  };
+  nlohmann::json one;
+  std::map<std::string, std::vector<double>> oneExported;
+  probed({"one"}, one, oneExported);
+  std::map<std::string, double> wanted;
+  numbersOf(one, "", wanted);
+  EXPECT_GT(wanted.size(), 200u);
+  for (const Scale& scale :
+       std::vector<Scale>{{"large", 0x1p99, 0x1p990}, {"small", 0x1p-99, 0x1p-990}}) {
+    SCOPED_TRACE(scale.name);
+    nlohmann::json made;
+    std::map<std::string, std::vector<double>> exported;
+    probed(scale, made, exported);
+    std::map<std::string, double> found;
+    numbersOf(made, "", found);
+    // Lengths, values, or neither.
+    const auto agrees = [&](double a, double b) {
+      const double near = 0.02 * std::abs(a) + 0.02;
+      if (std::isnan(a) || std::isinf(a)) return !std::isfinite(b);
+      return std::abs(b / scale.length - a) < near || std::abs(b / scale.value - a) < near ||
+             std::abs(b - a) < near;
+    };
+    EXPECT_EQ(found.size(), wanted.size());
+    for (const auto& [place, number] : wanted) {
+      if (!found.contains(place) || place.find("linear") != place.npos) continue;
+      EXPECT_TRUE(agrees(number, found[place])) << place << ": " << number << " " << found[place];
+    }
+    for (const auto& [name, values] : oneExported) {
+      ASSERT_EQ(exported[name].size(), values.size()) << name;
+      for (std::size_t i = 0; i < values.size(); i += 7)
+        ASSERT_TRUE(agrees(values[i], exported[name][i]))
+            << name << ": " << values[i] << " " << exported[name][i];
+    }
+  }
+}
+
+TEST(Scales, LengthsBeyondAreRefusedByName) {
+  const Folder folder;
+  int number = 0;
+  for (const auto& [length, said] :
+       std::vector<std::pair<double, std::string>>{{1e31, "1e+31"},
+                                                   {1e300, "1e+300"},
+                                                   {1.7e308, "1.7e+308"},
+                                                   {1e-31, "1e-31"},
+                                                   {1e-300, "1e-300"}}) {
+    Simulation run(folder / std::to_string(number++));
+    vestige_grid grid = VESTIGE_GRID_INIT;
+    const std::array<double, 2> ends{-0.5 * length, 0.5 * length};
+    const std::vector<double> values{1, 2, 3, 4, 5, 6, 7, 8};
+    for (std::size_t a = 0; a < 3; ++a) {
+      grid.points[a] = 2;
+      grid.axes[a] = ends.data();
+    }
+    vestige_block(run.session, 0, &grid);
+    vestige_share_field(run.session, 0, "f", VESTIGE_FLOAT64, VESTIGE_POINT, 1, values.data(),
+                        nullptr);
+    EXPECT_EQ(vestige_execute(run.session, 0, 0.0), VESTIGE_ERROR_GRID) << said;
+    EXPECT_NE(run.error().find("the domain is " + said + " long"), std::string::npos)
+        << run.error();
   }
 }
 

@@ -304,5 +304,84 @@ TEST(FillValues, ThatNobodyNamedAreSuspected) {
   warned(two, "");
 }
 
+/// Two fields of doubles on the usual grid; what execute returns.
+int stepOf(Simulation& run, const Sample& sample, const std::vector<double>& f,
+           const std::vector<double>& g, std::int64_t cycle) {
+  vestige_block(run.session, 0, &sample.grid);
+  for (const auto& [name, values] : {std::pair("f", &f), std::pair("g", &g)})
+    vestige_share_field(run.session, 0, name, VESTIGE_FLOAT64, VESTIGE_POINT, 1, values->data(),
+                        nullptr);
+  return vestige_execute(run.session, cycle, double(cycle));
+}
+
+std::vector<double> doublesOf(const Sample& sample, double factor) {
+  std::vector<double> values(sample.values.begin(), sample.values.end());
+  for (double& value : values) value *= factor;
+  return values;
+}
+
+TEST(RangeSession, AFieldWiderThanADoubleIsLeftOutAndTheOthersAreStored) {
+  const Folder folder;
+  const std::string path = folder / "a.cdb";
+  const std::string withClassifier =
+      "[image]\nwidth = 48\nheight = 40\nproxies = ['length', 'mip', 'field', 'features']\n"
+      "[trigger]\nchange = { field = 'g', measure = 'mean', threshold = 0.25 }\n"
+      "[[classifier]]\nname = 'both'\nkind = 'gaussian'\nfields = ['f', 'g']\n";
+  Simulation run(path, withClassifier);
+  const Sample sample = waves();
+  const auto [low, high] = rangeOf(sample);
+  const std::vector<double> f = doublesOf(sample, 1.0);
+  std::vector<double> wide = f;
+  for (double& value : wide) value = ((value - low) / (high - low) - 0.5) * 2.0 * 1.2e308;
+  ASSERT_EQ(stepOf(run, sample, f, wide, 0), VESTIGE_OK) << run.error();
+  EXPECT_EQ(lines(run,
+                  "cycle 0 is stored without 'both', 'g': field 'g' has values from -1.2e+308 "
+                  "to 1.2e+308"),
+            1);
+  ASSERT_EQ(stepOf(run, sample, f, doublesOf(sample, 3.0), 1), VESTIGE_OK) << run.error();
+  const Archive archive(path);
+  EXPECT_TRUE(archive.find(0, "front", "f", kind::kLength));
+  EXPECT_FALSE(archive.find(0, "front", "g", kind::kLength));
+  EXPECT_FALSE(archive.find(0, "front", "both", kind::kFeatures));
+  EXPECT_TRUE(archive.find(1, "front", "g", kind::kLength)) << "the next step is whole again";
+  EXPECT_TRUE(archive.find(1, "front", "both", kind::kFeatures));
+  EXPECT_EQ(damageOf(path), "");
+  Simulation other(folder / "b.cdb", kFew);
+  EXPECT_EQ(stepOf(other, sample, wide, wide, 0), VESTIGE_ERROR_FIELD) << "nothing is left";
+  EXPECT_NE(other.error().find("'f' has values from -1.2e+308"), std::string::npos)
+      << other.error();
+}
+
+TEST(RangeSession, ValuesUpToTheLargestDoubleAreStored) {
+  const Folder folder;
+  const std::string path = folder / "a.cdb";
+  Simulation run(path, kFew + "[[field]]\nsource = 'f'\n[[field]]\nsource = 'g'\n");
+  const Sample sample = waves();
+  const auto [low, high] = rangeOf(sample);
+  std::vector<double> f, constant(sample.values.size(), 1.7e308);
+  for (const float value : sample.values)
+    f.push_back(((double(value) - low) / (high - low) - 0.5) * 1.7e308);
+  ASSERT_EQ(stepOf(run, sample, f, constant, 0), VESTIGE_OK) << run.error();
+  EXPECT_EQ(endsOf(intervalsAt(path, 0)), std::pair(-0.85e308, 0.85e308));
+  EXPECT_EQ(headerAt(path, 0, "g").statistics.mean, 1.7e308);
+  EXPECT_GT(mostOpacity(path, 0), 0.1f);
+  // Intervals cannot be widened to what no double is wide.
+  for (double& value : f) value += 0.8e308;
+  ASSERT_EQ(stepOf(run, sample, f, constant, 1), VESTIGE_OK) << run.error();
+  EXPECT_EQ(damageOf(path), "");
+}
+
+TEST(RangeSession, ValuesFarBeyondAGivenRangeAreAboveItAndNotWithoutData) {
+  const Folder folder;
+  Simulation run(folder / "a.cdb", kFew + "[[field]]\nsource = 'f'\nrange = [0, 1]\n");
+  const Sample sample = waves();
+  const std::vector<double> f(sample.values.size(), 1e300);
+  ASSERT_EQ(stepOf(run, sample, f, f, 0), VESTIGE_OK) << run.error();
+  const Archive archive(folder / "a.cdb");
+  const auto image = archive.open(*archive.find(0, "front", "f", kind::kLength)).image();
+  const auto& above = image.channel("length", "above").values;
+  EXPECT_GT(*std::max_element(above.begin(), above.end()), 0.5f);
+}
+
 }  // namespace
 }  // namespace vestige::test

@@ -88,7 +88,7 @@ ProxyHeader headerOf(std::string_view kind, const std::string& field, const std:
   return header;
 }
 
-ProxyImage fieldProxy(std::size_t index) {
+ProxyImage fieldProxy(std::size_t index, double tolerance = 1e-5) {
   const Scene& scene = scenes().fields[index];
   const FieldDomain& domain = scenes().domains[index];
   FieldSamples field;
@@ -101,7 +101,7 @@ ProxyImage fieldProxy(std::size_t index) {
   header.partition = IntervalPartition::uniform(domain.low, domain.high, 8);
   const auto [least, most] = std::minmax_element(scene.values.begin(), scene.values.end());
   header.statistics = {1000, 0, double(*least), double(*most), 0.0, 1.0, {1, 1}};
-  return fieldImage(header, std::move(field), {1, 1e-5});
+  return fieldImage(header, std::move(field), {1, tolerance});
 }
 
 /// The features of a view, walked in double with many steps a slab.
@@ -260,6 +260,78 @@ TEST_F(ClassifiedLooks, ShowFeaturesFromWhereNoStackLooks) {
   EXPECT_EQ(made.trust.size(), kSize.pixels());
 }
 
+/// Root of the mean square of linear colours in the pixels of each class of trust, and how many.
+struct ClassErrors {
+  std::array<double, 3> error{}, pixels{};
+};
+
+ClassErrors errorsOf(const Rendered& made, const Picture& picture, const RgbPicture& truth) {
+  ClassErrors found;
+  for (std::size_t p = 0; p < truth.size.pixels(); ++p) {
+    const auto c = std::size_t(made.trust[p]);
+    found.pixels[c] += 1.0;
+    for (std::size_t i = 0; i < 3; ++i)
+      found.error[c] +=
+          std::pow(double(picture.rgba[4 * p + i]) - double(truth.rgb[3 * p + i]), 2.0) / 3.0;
+  }
+  for (std::size_t c = 0; c < 3; ++c)
+    found.error[c] = std::sqrt(found.error[c] / std::max(found.pixels[c], 1.0));
+  return found;
+}
+
+void expectGraded(const ClassErrors& found) {
+  for (const double pixels : found.pixels) EXPECT_GT(pixels, 15.0);
+  EXPECT_LT(found.error[0], found.error[1]);
+  EXPECT_LT(found.error[1], found.error[2]);
+}
+
+TEST_F(ClassifiedLooks, AreTrustedAsFarAsTheStatedErrorOfTheirFieldsGoes) {
+  json keys = {{"classifier", kClassifier}, {"source", "field"}, {"rotate", {35, 20, 0}}};
+  const json trusted = [&] {
+    json with = keys;
+    with["trust"] = true;
+    return with;
+  }();
+  const Rendered exact = renderer_->render(look(trusted));
+  EXPECT_TRUE(std::all_of(exact.trust.begin(), exact.trust.end(),
+                          [](Trust trust) { return trust == Trust::Data; }));
+  const auto path = folder_.path() / "coarse.cdb";
+  ArchiveWriter(path, ExistingArchive::Refuse)
+      .writeStep({encodeProxy(fieldProxy(0, 0.05)), encodeProxy(fieldProxy(1, 0.05))});
+  Renderer coarse(device(), std::make_shared<Archive>(path));
+  const Rendered made = coarse.render(look(trusted));
+  expectGraded(
+      errorsOf(made, coarse.render(look(keys)).picture, reference(made.camera, *resolved())));
+}
+
+TEST_F(ClassifiedLooks, TrustOfGradientsFallsWithTheirFields) {
+  json keys = {{"classifier", {{"kind", "gaussian"}, {"fields", {"shells", "slope"}}}},
+               {"source", "field"},
+               {"trust", true}};
+  keys["classifier"]["primitives"] = {
+      {{"center", {0.5, 0.0}}, {"width", {0.3, 0.6}}, {"thickness", 0.5}, {"opacity", 0.9}}};
+  const auto dataShare = [&](Renderer& renderer) {
+    const Rendered made = renderer.render(look(keys));
+    return double(std::count(made.trust.begin(), made.trust.end(), Trust::Data)) /
+           double(made.trust.size());
+  };
+  const auto path = folder_.path() / "coarse.cdb";
+  ArchiveWriter(path, ExistingArchive::Refuse)
+      .writeStep({encodeProxy(fieldProxy(0, 0.05)), encodeProxy(fieldProxy(1, 0.05))});
+  Renderer coarse(device(), std::make_shared<Archive>(path));
+  EXPECT_EQ(dataShare(*renderer_), 1.0);
+  EXPECT_LT(dataShare(coarse), 0.9);
+}
+
+TEST_F(ClassifiedLooks, TurnedFeaturesAreTrustedAsFarAsTheirSlabsPlaceThem) {
+  const json keys = {{"field", "features"}, {"rotate", {40, 30, 0}}};
+  json trusted = keys;
+  trusted["trust"] = true;
+  const Rendered made = renderer_->render(look(trusted));
+  expectGraded(
+      errorsOf(made, renderer_->render(look(keys)).picture, reference(made.camera, *resolved())));
+}
+
 TEST_F(ClassifiedLooks, OfOneValueAreTransferFunctions) {
   const json one = {
       {"kind", "gaussian"},
@@ -320,7 +392,8 @@ TEST_F(ClassifiedLooks, ShowMaterialsLitByTheGradientOfTheirDensity) {
     const Rendered made = renderer_->render(look(keys));
     const RgbPicture truth = renderClassified(
         shells, *classifier, looks, {.camera = made.camera, .size = kSize, .lit = lit})[0];
-    // The reference lights gradients of any size; here a density that is all but flat is no surface.
+    // The reference lights gradients of any size; here a density that is all but flat is no
+    // surface.
     EXPECT_GT(psnr(made.picture, truth), lit ? 21.0 : 40.0) << lit;
   }
 }

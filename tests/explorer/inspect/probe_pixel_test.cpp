@@ -7,9 +7,12 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "explorer/export/export_arrays.h"
 #include "explorer/inspect/field_sampler.h"
 #include "proxy/base/error.h"
+#include "proxy/format/image/storage_scale.h"
 #include "proxy/format/layout/field_layout.h"
+#include "proxy/format/layout/proxy_layout.h"
 #include "tests/explorer/synthetic.h"
 #include "tests/support/walked_stack.h"
 
@@ -158,6 +161,47 @@ TEST_F(ProbePixel, GivesTheValueAtADepth) {
   EXPECT_THROW(probed({}, -1, 0), Error);
 }
 
+TEST_F(ProbePixel, AsksForValuesWhereTheRayPassesTheFieldsOwnSamples) {
+  Look look;
+  look.rotate = {0.0, 89.0, 0.0};  // almost down the uneven axis
+  const json found = probed(look, 24, 16);
+  const json& samples = found["values"][0]["samples"];
+  const FieldAxis z = shells().axes[2];
+  int at = 0;
+  for (int i = 1; i + 1 < z.count; ++i)
+    for (const json& sample : samples)
+      if (std::abs(sample["position"][2].get<double>() - z.at(i)) < 1e-9) {
+        ++at;
+        break;
+      }
+  EXPECT_EQ(at, z.count - 2) << "one at each of the samples between the faces";
+}
+
+/// The proxies of the suite's archive with values of another magnitude.
+TEST(ProbeScales, MipIsInTheFieldsUnitsAndNamesHowTrueItIs) {
+  const synthetic::TemporaryFolder folder;
+  ProxyHeader header = synthetic::header(kind::kMip, kSize);
+  header.partition = IntervalPartition::uniform(101325.0, 101325.01, 10);
+  header.statistics.low = 101325.0;
+  header.statistics.high = 101325.01;
+  const StorageScale scale = mipScale(*header.partition);
+  const std::vector<float> held(kSize.pixels(), float((101325.0067 - scale.zero) / scale.unit));
+  ArchiveWriter(folder.path() / "m.cdb", ExistingArchive::Refuse)
+      .writeStep({encodeProxy(mipImage(header, held))});
+  const auto archive = std::make_shared<const Archive>(folder.path() / "m.cdb");
+  Renderer renderer(gl::Device::create(), archive);
+  Look look;
+  look.source = Source::Mip;
+  const json found = probePixel(*archive, look, renderer.render(look), 24, 16);
+  const json& proxy = found["proxies"][0];
+  EXPECT_NEAR(proxy["channels"][0]["parts"]["mip"].get<double>(), 101325.0067, 1e-6);
+  EXPECT_LT(proxy["within"]["mip"].get<double>(), 1e-6);
+  EXPECT_NE(probeText(found).find("101325.0067"), std::string::npos) << probeText(found);
+  const auto exported = exportArrays(archive->open(archive->rows()[0]));
+  EXPECT_NEAR(exported[0].values(0)[0], 101325.0067, 1e-6);
+  EXPECT_TRUE(exported[0].isDouble);
+}
+
 TEST(ProbeStacks, GivesTheirSlabsAndTheValuesOfTheirGrid) {
   const synthetic::TemporaryFolder folder;
   ProxyHeader header = synthetic::header(kind::kSliced, {12, 12});
@@ -195,6 +239,8 @@ TEST(FieldSampler, IsExactAtTheSamplesAndLosesNoneBesideNoData) {
   EXPECT_NEAR(sampler.at({5.0, 0.0, 0.0}), 0.0, 1e-6) << "goes on beyond the last sample";
   EXPECT_FALSE(std::isnan(sampler.at({0.04, 0.0, 0.0}))) << "its own sample has data";
   EXPECT_TRUE(std::isnan(sampler.at({0.02, 0.0, 0.0})));
+  field.low = 0.5;  // of lerp's ends neither is the answer
+  EXPECT_TRUE(std::isnan(FieldSampler(field).at({0.02, 0.0, 0.0})));
 }
 
 }  // namespace

@@ -180,23 +180,6 @@ TEST(FieldSource, LightAndOcclusionChangeThePicture) {
   EXPECT_EQ(plain.rgba, renderer.render(look).picture.rgba);  // nothing is left behind
 }
 
-TEST(FieldSource, UnevenAxesAreResampledToTheirFinestSpacing) {
-  FieldSamples field;
-  field.axes = {FieldAxis{4, 0.0, 1.0, {0.0, 0.5, 1.0, 3.0}}, FieldAxis{2, 0.0, 1.0, {}},
-                FieldAxis{1, 0.0, 1.0, {}}};
-  for (int y = 0; y < 2; ++y) {
-    for (int x = 0; x < 4; ++x)
-      field.values.push_back(float(field.axes[0].nodes[std::size_t(x)] + y));
-  }
-  const FieldSamples even = evenlySampled(field);
-  ASSERT_EQ(even.axes[0].count, 7);
-  for (int y = 0; y < 2; ++y) {
-    for (int x = 0; x < 7; ++x) {
-      EXPECT_NEAR(even.values[std::size_t(7 * y + x)], 0.5 * x + y, 1e-6);
-    }
-  }
-}
-
 TEST(FieldSource, UnevenAxesKeepTheirSamples) {
   // Depths close together near the surface: T is warm in the first 40 m of 1000.
   FieldSamples field;

@@ -19,6 +19,7 @@
 #include "proxy/interval_partition.h"
 #include "proxy/layered_layout.h"
 #include "proxy/learned_layout.h"
+#include "proxy/nearest_word.h"
 #include "proxy/sliced_stack.h"
 #include "proxy/view_set.h"
 
@@ -81,10 +82,10 @@ void readImage(ConfigReader reader, Config& config) {
       const auto kind = std::find_if(kinds.begin(), kinds.end(),
                                      [&](const auto& entry) { return entry.first == proxy; });
       if (kind == kinds.end()) {
-        std::string known;
-        for (const auto& [name, wanted] : kinds)
-          known += fmt::format("{}\"{}\"", known.empty() ? "" : ", ", name);
-        reader.fail("proxies", fmt::format("\"{}\" is none of {}", proxy, known));
+        std::vector<std::string> known;
+        for (const auto& [name, wanted] : kinds) known.emplace_back(name);
+        reader.fail("proxies", fmt::format("\"{}\" is none of \"{}\"{}", proxy,
+                                           fmt::join(known, "\", \""), didYouMean(proxy, known)));
       }
       *kind->second = true;
     }

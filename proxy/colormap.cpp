@@ -11,6 +11,7 @@
 
 #include "proxy/colormap_tables.h"
 #include "proxy/error.h"
+#include "proxy/nearest_word.h"
 
 namespace vestige {
 namespace {
@@ -47,8 +48,8 @@ Colormap Colormap::named(const std::string& name) {
     return fromSrgb(std::string(base) + (reversed ? "_r" : ""), std::move(colors));
   }
   throw Error(ErrorCode::Config,
-              fmt::format("no colour map is called '{}'; choose {}, each also with _r", name,
-                          fmt::join(names(), ", ")));
+              fmt::format("no colour map is called '{}'{}; choose {}, each also with _r", name,
+                          didYouMean(name, names()), fmt::join(names(), ", ")));
 }
 
 std::vector<std::string> Colormap::names() {

@@ -14,6 +14,7 @@
 #include "proxy/error.h"
 #include "proxy/gl/context.h"
 #include "proxy/gl/environment.h"
+#include "proxy/nearest_word.h"
 
 namespace vestige::gl {
 namespace {
@@ -213,8 +214,9 @@ std::shared_ptr<Device> Device::create(const std::string& backend, int threads) 
   if (choice == "osmesa") return createOSMesa(threads);
   if (choice == "egl") return createEgl(threads);
   if (choice != "auto") {
-    throw Error(ErrorCode::InvalidArgument,
-                "the OpenGL backend '" + choice + "' is none of osmesa, egl, auto");
+    throw Error(ErrorCode::InvalidArgument, "the OpenGL backend '" + choice +
+                                                "' is none of osmesa, egl, auto" +
+                                                didYouMean(choice, {"osmesa", "egl", "auto"}));
   }
   std::string reason;
   try {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "explorer/cli.h"
+#include "explorer/printable.h"
 #include "explorer/probe_pixel.h"
 #include "explorer/renderer.h"
 #include "proxy/error.h"
@@ -33,7 +34,7 @@ void run(const Options& options) {
   const nlohmann::json probed =
       probePixel(*archive, look, renderer.render(look), int(pixel[0]), int(pixel[1]),
                  options.hasDepth ? std::optional(options.depth) : std::nullopt);
-  fmt::print("{}", options.json ? probed.dump(2) + "\n" : probeText(probed));
+  fmt::print("{}", options.json ? probed.dump(2) + "\n" : printable(probeText(probed)));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "explorer/cli.h"
 #include "explorer/metrics.h"
 #include "explorer/picture.h"
+#include "explorer/printable.h"
 #include "explorer/renderer.h"
 #include "explorer/view_effects.h"
 #include "proxy/error.h"
@@ -49,7 +50,7 @@ void run(const Options& options) {
   writePicture(options.output, rendered.picture);
   printWarnings(rendered.warnings);
   if (!options.verbose) return;
-  for (const std::string& note : rendered.notes) fmt::print("{}\n", note);
+  for (const std::string& note : rendered.notes) fmt::print("{}\n", printable(note));
   if (const auto own = renderer.ownLook(look)) {
     const RgbView stored = RgbView::interleaved(own->stored.size, own->stored.rgba, 4);
     const RgbView made = RgbView::interleaved(own->made.size, own->made.rgba, 4);

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "explorer/cli.h"
+#include "explorer/printable.h"
 #include "proxy/colormap.h"
 #include "proxy/durable_file.h"
 #include "proxy/error.h"
@@ -321,7 +322,7 @@ Look LookOptions::look() const {
 
 void printWarnings(const std::vector<Warning>& warnings) {
   for (const Warning& each : warnings)
-    std::fprintf(stderr, "vestige-explorer: warning: %s\n", each.text.c_str());
+    std::fprintf(stderr, "vestige-explorer: warning: %s\n", printable(each.text).c_str());
 }
 
 ProgressBar::ProgressBar(const char* label) : label_(label), terminal_(isatty(STDERR_FILENO)) {}

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "explorer/cli.h"
+#include "explorer/printable.h"
 #include "proxy/error.h"
 #include "proxy/nearest_word.h"
 #include "proxy/version.h"
@@ -64,7 +65,7 @@ int main(int argc, char** argv) {
                vestige::optionHints(optionsOf(app), {argv + 1, std::size_t(argc - 1)}));
     return 2;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "vestige-explorer: {}\n", error.what());
+    fmt::print(stderr, "vestige-explorer: {}\n", vestige::printable(error.what()));
     return 1;
   }
   if (std::fflush(stdout) != 0 || std::ferror(stdout)) {

@@ -101,6 +101,23 @@ TEST_F(Warnings, AreNoneForLooksThatMakeSense) {
   for (const Warning& each : warningsOf(look)) ADD_FAILURE() << each.text;
 }
 
+TEST_F(Warnings, SayWhereOpacityChangesInsideOneInterval) {
+  const auto header = synthetic::lengthProxy(kSize).header;
+  const double low = header.partition->bounds()[1], high = header.partition->bounds()[2];
+  const double width = high - low;
+  Look look;
+  look.opacity = std::vector<OpacityPoint>{
+      {low + 0.4 * width, 0.0}, {low + 0.5 * width, 0.6}, {low + 0.6 * width, 0.0}};
+  for (const Source source : {Source::Volume, Source::Layers}) {
+    look.source = source;
+    const std::string text = textOf(look, "opacity");
+    holds(text, "between 0 and 0.6 inside interval 1");
+    holds(text, "one mean opacity");
+  }
+  look.source = Source::Field;
+  for (const Warning& each : warningsOf(look)) ADD_FAILURE() << each.text;
+}
+
 TEST_F(Warnings, NameEachKeyThatHasNoPartInThePicture) {
   Look reference;
   reference.source = Source::Reference;

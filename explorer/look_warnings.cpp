@@ -282,6 +282,15 @@ std::vector<Warning> valuesOutside(const Look& look, Answer answer, const ProxyH
   std::vector<Warning> warnings;
   const Data data(header);
   if (function && data.known()) warnOfFunction(look, answer, data, *function, warnings);
+  if (function && data.known() && data.low == data.high && !look.opacity &&
+      function->opacity(data.low) > 1e-3) {
+    warnings.push_back(
+        {"field", "field '" + header.field + "' is " + numberText(data.low) +
+                      (header.units.empty() ? "" : " " + header.units) +
+                      " everywhere: one colour and one opacity, " +
+                      numberText(function->opacity(data.low)) +
+                      " per reference length, fill the domain; opacity chooses another"});
+  }
   if (function && data.known() && warnings.empty())
     warnOfIntervals(look, answer, header, data, *function, warnings);
   if (look.slice && look.draw == Draw::Slice) {

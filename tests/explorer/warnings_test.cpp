@@ -101,6 +101,23 @@ TEST_F(Warnings, AreNoneForLooksThatMakeSense) {
   for (const Warning& each : warningsOf(look)) ADD_FAILURE() << each.text;
 }
 
+TEST_F(Warnings, NameTheValueOfAConstantFieldThatFillsTheDomain) {
+  ProxyHeader header = synthetic::lengthProxy(kSize).header;
+  header.statistics.low = header.statistics.high = 3.25;
+  const auto said = [&](const Look& look, double low, double high) {
+    TransferFunction function = TransferFunction::ramp(low, high, 1.0);
+    if (look.opacity) function.setOpacity(*look.opacity);
+    const auto all = valuesOutside(look, Answer::Lengths, header, &function, header.camera, kSize);
+    return all.empty() ? std::string() : all.front().text;
+  };
+  holds(said({}, 2.0, 4.0), "is 3.25");
+  EXPECT_EQ(said({}, 3.5, 4.0), "") << "transparent there";
+  Look look;
+  look.opacity = std::vector<OpacityPoint>{{3.0, 0.1}, {4.0, 0.2}};
+  look.opacity->insert(look.opacity->begin() + 1, {3.25, 0.1});
+  EXPECT_EQ(said(look, 2.0, 4.0), "");
+}
+
 TEST_F(Warnings, SayWhereOpacityChangesInsideOneInterval) {
   const auto header = synthetic::lengthProxy(kSize).header;
   const double low = header.partition->bounds()[1], high = header.partition->bounds()[2];

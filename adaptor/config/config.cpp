@@ -13,14 +13,15 @@
 
 #include "adaptor/config/config_reader.h"
 #include "adaptor/config/customization_config.h"
-#include "proxy/transfer/colormap.h"
 #include "proxy/base/error.h"
+#include "proxy/base/nearest_word.h"
+#include "proxy/camera/view_set.h"
 #include "proxy/format/layout/field_layout.h"
-#include "proxy/transfer/interval_partition.h"
 #include "proxy/format/layout/layered_layout.h"
 #include "proxy/format/layout/learned_layout.h"
 #include "proxy/format/layout/sliced_stack.h"
-#include "proxy/camera/view_set.h"
+#include "proxy/transfer/colormap.h"
+#include "proxy/transfer/interval_partition.h"
 
 namespace vestige {
 namespace {
@@ -81,10 +82,10 @@ void readImage(ConfigReader reader, Config& config) {
       const auto kind = std::find_if(kinds.begin(), kinds.end(),
                                      [&](const auto& entry) { return entry.first == proxy; });
       if (kind == kinds.end()) {
-        std::string known;
-        for (const auto& [name, wanted] : kinds)
-          known += fmt::format("{}\"{}\"", known.empty() ? "" : ", ", name);
-        reader.fail("proxies", fmt::format("\"{}\" is none of {}", proxy, known));
+        std::vector<std::string> known;
+        for (const auto& [name, wanted] : kinds) known.emplace_back(name);
+        reader.fail("proxies", fmt::format("\"{}\" is none of \"{}\"{}", proxy,
+                                           fmt::join(known, "\", \""), didYouMean(proxy, known)));
       }
       *kind->second = true;
     }

@@ -267,7 +267,8 @@ std::size_t ConfigReader::readChoice(const std::string& key,
   if (!has(key)) return value;
   const auto found = std::find(choices.begin(), choices.end(), text);
   if (found == choices.end()) {
-    fail(key, fmt::format("\"{}\" is none of \"{}\"", text, fmt::join(choices, "\", \"")));
+    fail(key, fmt::format("\"{}\" is none of \"{}\"{}", text, fmt::join(choices, "\", \""),
+                          didYouMean(text, choices)));
   }
   return std::size_t(found - choices.begin());
 }

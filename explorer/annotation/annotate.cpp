@@ -63,8 +63,7 @@ void drawTime(Picture& picture, const AnnotationSubject& subject, const Ink& ink
   const Font font(int(std::lround(unit)));
   const std::string text = fmt::format("t = {:.6g}   cycle {}", subject.time, subject.cycle);
   const double low = 0.5 * unit, high = low + 2.0 * unit;
-  drawPlate(picture, {low, low}, {low + font.width(text) + 1.2 * unit, high}, 0.4 * unit, ink.plate,
-            ink.plateOpacity);
+  drawBackplate(picture, {low, low}, {low + font.width(text) + 1.2 * unit, high}, 0.4 * unit, ink);
   font.draw(picture, {low + 0.6 * unit, 0.5 * (low + high + font.digitHeight())}, text, ink.ink);
 }
 

@@ -26,9 +26,8 @@ struct Column {
 
   /// A plate behind [right() - width, right()] x [top, top + height].
   void drawPlate(Picture& onto, double width, double top, double height, const Ink& ink) const {
-    vestige::drawPlate(onto, glm::dvec2(right() - width, top) - padding(),
-                       glm::dvec2(right(), top + height) + padding(), 0.4 * unit, ink.plate,
-                       ink.plateOpacity);
+    drawBackplate(onto, glm::dvec2(right() - width, top) - padding(),
+                  glm::dvec2(right(), top + height) + padding(), 0.4 * unit, ink);
   }
   /// A line of text with its top at `top`, its right end at `end`.
   void drawText(Picture& onto, double end, double top, const std::string& text,
@@ -72,7 +71,7 @@ void drawColorBar(Picture& picture, const AnnotationSubject& subject, const Ink&
   for (const std::string& line : title) titleWidth = std::max(titleWidth, column.font.width(line));
   // Two plates, so that a long title hides no more of the picture than it must.
   const double titleHeight = column.line() * double(title.size());
-  const double apart = 2.0 * column.padding() + 0.2 * unit;
+  const double apart = 2.0 * column.padding() + 0.5 * unit;
   const double plateTop =
       std::max(0.5 * (picture.size.height - height - titleHeight - apart), column.padding());
   column.drawPlate(picture, titleWidth, plateTop, titleHeight, ink);

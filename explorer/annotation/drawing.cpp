@@ -77,6 +77,13 @@ void drawPlate(Picture& picture, glm::dvec2 low, glm::dvec2 high, double radius,
   });
 }
 
+void drawBackplate(Picture& picture, glm::dvec2 low, glm::dvec2 high, double radius,
+                   const Ink& ink) {
+  const double rim = std::max(1.0, letterHeight(picture.size) / 16.0);
+  drawPlate(picture, low - rim, high + rim, radius + rim, ink.ink, 0.35);
+  drawPlate(picture, low, high, radius, ink.plate, ink.plateOpacity);
+}
+
 void drawRimmedLine(Picture& picture, glm::dvec2 from, glm::dvec2 to, double width,
                     glm::dvec3 colorLinear, const Ink& ink, double opacity) {
   drawLine(picture, from, to, width + 2.0, ink.plate, 0.6 * opacity * ink.plateOpacity);

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "explorer/picture/picture.h"
 #include "explorer/annotation/text.h"
+#include "explorer/picture/picture.h"
 
 namespace vestige {
 
@@ -30,6 +30,10 @@ void drawLine(Picture& picture, glm::dvec2 from, glm::dvec2 to, double width,
 /// A box with round corners.
 void drawPlate(Picture& picture, glm::dvec2 low, glm::dvec2 high, double radius,
                glm::dvec3 colorLinear, double opacity);
+/// The plate behind annotations. Its thin rim tells it from what is behind it, also where the
+/// background is of its colour.
+void drawBackplate(Picture& picture, glm::dvec2 low, glm::dvec2 high, double radius,
+                   const Ink& ink);
 /// A line, text in `color`, each with a rim.
 void drawRimmedLine(Picture& picture, glm::dvec2 from, glm::dvec2 to, double width,
                     glm::dvec3 colorLinear, const Ink& ink, double opacity = 1.0);

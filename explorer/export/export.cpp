@@ -191,13 +191,8 @@ std::vector<ArchiveRow> rowsPassing(const Archive& archive, const ExportFilter& 
 }
 
 json exportChannels(const Archive& archive, const std::vector<ArchiveRow>& rows,
-                    const std::filesystem::path& folder, ChannelFormat format,
+                    const ExportFolder& folder, ChannelFormat format,
                     const std::function<void(int, int)>& progress) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) {
-    throw Error(ErrorCode::Io, folder.string() + " cannot be created: " + error.message());
-  }
   json files = json::array();
   std::set<std::string> taken;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -205,7 +200,7 @@ json exportChannels(const Archive& archive, const std::vector<ArchiveRow>& rows,
     for (const ExportArray& array : exportArrays(file)) {
       const bool npy = format == ChannelFormat::Npy;
       const std::string name = stemOf(file.header(), array, taken) + (npy ? ".npy" : ".csv");
-      (npy ? writeNpy : writeCsv)(folder / name, array);
+      (npy ? writeNpy : writeCsv)(folder.file(name), array);
       files.push_back(entryOf(file.header(), array));
       files.back()["file"] = name;
     }

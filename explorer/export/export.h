@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "explorer/export/export_folder.h"
 #include "proxy/archive/archive.h"
 
 namespace vestige {
@@ -23,9 +24,10 @@ enum class ChannelFormat { Npy, Csv };
 
 /// Writes all that the rows' proxies hold (ExportArray) into `folder` (created): one file an array,
 /// Npy: float32, fields float64; Csv: one line a pixel, sample or cluster. Returns the manifest's
-/// entries: file, shape, dimensions, axes, units and channels of each (docs/exploring.md).
+/// entries: file, shape, dimensions, axes, units and channels of each (docs/exploring.md). Throws
+/// as ExportFolder::file.
 nlohmann::json exportChannels(const Archive& archive, const std::vector<ArchiveRow>& rows,
-                              const std::filesystem::path& folder, ChannelFormat format,
+                              const ExportFolder& folder, ChannelFormat format,
                               const std::function<void(int, int)>& progress);
 /// The entry of a table that is in `csv`.
 nlohmann::json tableEntry(const std::string& file, const std::string& csv,

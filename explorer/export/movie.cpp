@@ -100,6 +100,39 @@ std::vector<Look> looksOverTime(const Look& look, const Archive& archive) {
   return looks;
 }
 
+Look lookForAllSteps(Renderer& renderer, const Look& look, const Archive& archive) {
+  if (!look.classifier.empty()) return look;
+  std::vector<Look> each;
+  for (const Look& step : looksOverTime(look, archive)) {
+    each.push_back(renderer.resolved(step));
+    if (!each.back().colorRange || !each.back().opacity) return look;  // features
+  }
+  const auto differs = [&](const auto key) {
+    return std::any_of(each.begin(), each.end(),
+                       [&](const Look& one) { return one.*key != each.front().*key; });
+  };
+  if (!differs(&Look::opacity) && !differs(&Look::colorRange)) return look;
+  const auto width = [](const Look& one) { return one.colorRange->second - one.colorRange->first; };
+  const Look& widest = *std::max_element(
+      each.begin(), each.end(), [&](const Look& a, const Look& b) { return width(a) < width(b); });
+  auto [low, high] = *widest.colorRange;
+  for (const Look& one : each) {
+    low = std::min(low, one.colorRange->first);
+    high = std::max(high, one.colorRange->second);
+  }
+  Look result = look;
+  result.colorRange = {low, high};
+  result.opacity = widest.opacity;
+  result.referenceLength = widest.referenceLength;
+  if (differs(&Look::opacity) && width(widest) > 0.0) {
+    for (OpacityPoint& point : *result.opacity) {
+      const double place = (point.value - widest.colorRange->first) / width(widest);
+      point.value = low + place * (high - low);
+    }
+  }
+  return result;
+}
+
 std::vector<Look> looksOfTurn(const Look& look, double degrees, int frames) {
   if (frames < 2 || frames > 100000) {
     throw Error(ErrorCode::InvalidArgument,
@@ -158,6 +191,10 @@ std::vector<Warning> writeMovie(const std::filesystem::path& path, Renderer& ren
     }
     encoder.finish();
     std::filesystem::rename(unfinished, path);
+  } catch (const Error& error) {
+    std::error_code ignored;
+    std::filesystem::remove(unfinished, ignored);
+    throw Error(error.code(), "movie '" + path.string() + "' cannot be made: " + error.what());
   } catch (...) {
     std::error_code ignored;
     std::filesystem::remove(unfinished, ignored);

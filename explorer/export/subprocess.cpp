@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 
@@ -66,9 +67,12 @@ std::string Subprocess::printed() const {
 }
 
 std::string Subprocess::reason() {
+  // Programs end with what made them give up.
   std::string text = printed();
-  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-  return text.empty() ? "it said nothing" : text;
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
+  const std::size_t end = text.find_last_of("\r\n");
+  if (end != std::string::npos) text.erase(0, end + 1);
+  return text.empty() ? "nothing" : "'" + text + "'";
 }
 
 void Subprocess::write(std::span<const std::byte> bytes) {
@@ -79,7 +83,7 @@ void Subprocess::write(std::span<const std::byte> bytes) {
       closeInput();
       if (pid_ > 0) waitpid(pid_, nullptr, 0);
       pid_ = -1;
-      throw Error(ErrorCode::Io, name_ + " stopped reading: " + reason());
+      throw Error(ErrorCode::Io, name_ + " stopped before the end: it said " + reason());
     }
     bytes = bytes.subspan(std::size_t(sent));
   }
@@ -92,7 +96,7 @@ std::string Subprocess::finish() {
   }
   pid_ = -1;
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    throw Error(ErrorCode::Io, name_ + " failed: " + reason());
+    throw Error(ErrorCode::Io, name_ + " failed: it said " + reason());
   }
   return printed();
 }

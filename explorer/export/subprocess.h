@@ -20,7 +20,7 @@ class Subprocess {
   Subprocess(const Subprocess&) = delete;
   Subprocess& operator=(const Subprocess&) = delete;
 
-  /// Throws Io with the program's own words when it stopped reading.
+  /// Throws Io with the program's last line when it stopped reading.
   void write(std::span<const std::byte> bytes);
   /// Closes its input and waits; returns what it printed. Throws Io when it failed.
   std::string finish();

@@ -14,7 +14,8 @@ namespace vestige {
 
 using nlohmann::json;
 
-json customInfo(const Archive& archive) {
+json customInfo(HeaderReader& files) {
+  const Archive& archive = files.archive();
   const std::set<std::string_view> kinds{kind::kAttenuation, kind::kReference, kind::kLayered,
                                          kind::kMip};
   // One view tells: all are made alike.
@@ -25,11 +26,8 @@ json customInfo(const Archive& archive) {
   }
   json list = json::array();
   for (const auto& [key, row] : rows) {
-    std::optional<Customization> customization;
-    try {
-      customization = archive.open(*row).header().customization;
-    } catch (const Error&) {  // the others still can be listed
-    }
+    const auto header = files.header(*row);
+    const auto customization = header ? header->customization : std::nullopt;
     if (!customization) continue;
     if (list.empty() || list.back()["field"] != row->field) {
       const auto& seeds = customization->seeds;

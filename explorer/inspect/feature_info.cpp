@@ -11,7 +11,8 @@ namespace vestige {
 
 using nlohmann::json;
 
-json featureInfo(const Archive& archive) {
+json featureInfo(HeaderReader& files) {
+  const Archive& archive = files.archive();
   json list = json::array();
   if (archive.cycles().empty()) return list;
   for (const ArchiveRow& row : archive.rows()) {
@@ -20,8 +21,10 @@ json featureInfo(const Archive& archive) {
     auto found = std::find_if(list.begin(), list.end(),
                               [&](const json& each) { return each["name"] == row.field; });
     if (found == list.end()) {
-      const ProxyHeader header = archive.open(row).header();
-      const Classifier& classifier = *featuresOf(header).classifier;
+      const auto header = files.header(row);
+      if (!header) continue;
+      const FeatureOrigin& origin = featuresOf(*header);
+      const Classifier& classifier = *origin.classifier;
       json features = json::array();
       for (const Feature& feature : classifier.features()) features.push_back(featureJson(feature));
       list.push_back({{"name", row.field},

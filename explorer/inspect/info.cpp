@@ -13,11 +13,12 @@
 #include "explorer/export/camera_info.h"
 #include "explorer/inspect/custom_info.h"
 #include "explorer/inspect/feature_info.h"
-#include "explorer/renderer/learned_pass.h"
-#include "explorer/layers/radiality.h"
+#include "explorer/inspect/header_reader.h"
 #include "explorer/inspect/range_info.h"
-#include "explorer/stacks/stack_source.h"
+#include "explorer/layers/radiality.h"
+#include "explorer/renderer/learned_pass.h"
 #include "explorer/renderer/stated_error.h"
+#include "explorer/stacks/stack_source.h"
 #include "proxy/base/error.h"
 #include "proxy/format/layout/field_layout.h"
 
@@ -47,7 +48,8 @@ json fieldInfo(const ProxyHeader& header) {
 }
 
 /// Which tiers of the last step answer edited looks of a field, truest first, and what they state.
-json answersOf(const Archive& archive, const std::string& field, bool turned) {
+json answersOf(HeaderReader& files, const std::string& field, bool turned) {
+  const Archive& archive = files.archive();
   std::vector<std::pair<std::string, StatedError>> tiers;
   // In the order in which renderer_choice.cpp takes what states the same.
   for (const std::string_view proxy :
@@ -55,9 +57,10 @@ json answersOf(const Archive& archive, const std::string& field, bool turned) {
     for (const ArchiveRow& row : archive.rows()) {
       if (row.cycle != archive.cycles().back() || row.field != field || row.proxy != proxy)
         continue;
-      const ProxyHeader header = archive.open(row).header();
-      const bool recomposed = proxy != kind::kAttenuation || !header.customization;
-      if (recomposed) tiers.emplace_back(proxy, statedError(header, {turned, true}));
+      const auto header = files.header(row);
+      if (!header) continue;
+      const bool recomposed = proxy != kind::kAttenuation || !header->customization;
+      if (recomposed) tiers.emplace_back(proxy, statedError(*header, {turned, true}));
       break;
     }
   }
@@ -215,6 +218,7 @@ std::string sharesText(const json& counts) {
 }  // namespace
 
 json archiveInfo(const Archive& archive) {
+  HeaderReader files(archive);
   json info;
   info["archive"] = archive.directory().string();
   info["cycles"] = archive.cycles();
@@ -222,54 +226,60 @@ json archiveInfo(const Archive& archive) {
   for (long cycle : archive.cycles()) info["times"].push_back(archive.timeOf(cycle));
   info["rows"] = archive.rows().size();
   std::map<std::string, Totals> totals;
-  std::map<std::string, ArchiveRow> viewRows, fieldRows;
+  std::map<std::string, std::vector<const ArchiveRow*>> viewRows,
+      fieldRows;  // the most telling first
   for (const ArchiveRow& row : archive.rows()) {
     Totals& total = totals[row.proxy];
     ++total.files;
     total.bytes += sizeOf(archive.directory() / row.exr);
-    viewRows.try_emplace(row.view, row);
-    // The latest row with intervals says most of a field.
-    const auto found = fieldRows.find(row.field);
-    const bool intervals =
-        row.proxy == kind::kLength || row.proxy == kind::kAttenuation || row.proxy == kind::kSliced;
-    if (found == fieldRows.end() || intervals) fieldRows[row.field] = row;
+    viewRows[row.view].push_back(&row);
   }
+  // The latest row with intervals says most of a field.
+  const auto hasIntervals = [](const ArchiveRow& row) {
+    return row.proxy == kind::kLength || row.proxy == kind::kAttenuation ||
+           row.proxy == kind::kSliced;
+  };
+  for (auto row = archive.rows().rbegin(); row != archive.rows().rend(); ++row)
+    if (hasIntervals(*row)) fieldRows[row->field].push_back(&*row);
+  for (const ArchiveRow& row : archive.rows())
+    if (!hasIntervals(row)) fieldRows[row.field].push_back(&row);
   info["views"] = json::array();
   info["storedFields"] = json::array();
   for (const std::string& view : archive.views()) {
-    if (viewRows.at(view).proxy == kind::kField) continue;
-    const ProxyHeader header = archive.open(viewRows.at(view)).header();
+    if (viewRows.at(view).front()->proxy == kind::kField) continue;
+    const auto header = files.firstOf(viewRows.at(view));
+    if (!header) continue;
     info["views"].push_back({{"name", view},
-                             {"size", {header.size.width, header.size.height}},
-                             {"camera", cameraInfo(header.camera)}});
+                             {"size", {header->size.width, header->size.height}},
+                             {"camera", cameraInfo(header->camera)}});
   }
   info["fields"] = json::array();
   for (const std::string& field : archive.fields()) {
-    const ProxyHeader header = archive.open(fieldRows.at(field)).header();
-    if (!header.features) info["fields"].push_back(fieldInfo(header));
+    const auto header = files.firstOf(fieldRows.at(field));
+    if (header && !header->features) info["fields"].push_back(fieldInfo(*header));
   }
-  info["ranges"] = rangeInfo(archive);
-  info["features"] = featureInfo(archive);
-  info["customizations"] = customInfo(archive);
+  info["ranges"] = rangeInfo(files);
+  info["features"] = featureInfo(files);
+  info["customizations"] = customInfo(files);
   for (const std::string& field : archive.fields()) {
     const ArchiveRow* row =
         archive.cycles().empty()
             ? nullptr
             : archive.find(archive.cycles().back(), kFieldView, field, kind::kField);
     if (!row) continue;
-    const ProxyHeader header = archive.open(*row).header();
-    if (!header.grid) continue;
-    const auto& axes = header.grid->axes;
+    const auto header = files.header(*row);
+    if (!header || !header->grid) continue;
+    const auto& axes = header->grid->axes;
     info["storedFields"].push_back({{"name", field},
                                     {"samples", {axes[0].count, axes[1].count, axes[2].count}},
-                                    {"reduction", header.grid->reduction},
-                                    {"tolerance", header.grid->tolerance}});
+                                    {"reduction", header->grid->reduction},
+                                    {"tolerance", header->grid->tolerance}});
   }
   info["answers"] = json::array();
   for (const std::string& field :
        archive.cycles().empty() ? std::vector<std::string>{} : archive.fields()) {
     for (const bool turned : {false, true}) {
-      const json tiers = answersOf(archive, field, turned);
+      const json tiers = answersOf(files, field, turned);
       if (tiers.empty()) continue;
       info["answers"].push_back({{"field", field}, {"turned", turned}, {"tiers", tiers}});
     }
@@ -278,6 +288,7 @@ json archiveInfo(const Archive& archive) {
   info["stacks"] = json::array();
   for (const ArchiveRow& row : archive.rows()) {
     if (row.proxy != kind::kSliced || row.cycle != archive.cycles().back()) continue;
+    if (!files.header(row)) continue;
     const ExrFile file = archive.open(row);
     const int levels = levelsOfStack(file);
     info["stacks"].push_back({{"view", row.view},
@@ -297,19 +308,39 @@ json archiveInfo(const Archive& archive) {
   info["bytes"] = bytes;
   if (!archive.rows().empty()) {
     // What a run wrote last: tables of learned colours come afterwards.
-    const auto last =
-        std::find_if(archive.rows().rbegin(), archive.rows().rend(),
-                     [](const ArchiveRow& row) { return row.proxy != kind::kLearned; });
-    const ProxyHeader header =
-        archive.open(last != archive.rows().rend() ? *last : archive.rows().back()).header();
-    const Box& box = header.domain;
-    info["domain"] = {{"low", {box.low.x, box.low.y, box.low.z}},
-                      {"high", {box.high.x, box.high.y, box.high.z}}};
+    std::vector<const ArchiveRow*> latest;
+    for (const bool learned : {false, true})
+      for (auto row = archive.rows().rbegin(); row != archive.rows().rend(); ++row)
+        if ((row->proxy == kind::kLearned) == learned) latest.push_back(&*row);
+    if (const auto header = files.firstOf(latest)) {
+      const Box& box = header->domain;
+      info["domain"] = {{"low", {box.low.x, box.low.y, box.low.z}},
+                        {"high", {box.high.x, box.high.y, box.high.z}}};
+      info["note"] = header->note;
+    }
     info["provenances"] = provenancesOf(archive);
-    info["note"] = header.note;
   }
+  info["damaged"] = json::array();
+  for (const auto& [file, problem] : files.damaged())
+    info["damaged"].push_back({{"file", file}, {"problem", problem}});
   return info;
 }
+
+namespace {
+
+std::string damagedText(const json& damaged) {
+  constexpr std::size_t kShown = 5;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(damaged.size(), kShown); ++i) {
+    text += fmt::format("  damaged: {}: {}\n", damaged[i]["file"].get<std::string>(),
+                        damaged[i]["problem"].get<std::string>());
+  }
+  if (damaged.size() > kShown) text += fmt::format("  ... {} more\n", damaged.size() - kShown);
+  if (!damaged.empty()) text += "  `vestige-explorer check` reads all files and tells of each\n";
+  return text;
+}
+
+}  // namespace
 
 std::string infoText(const json& info) {
   std::string text = fmt::format("{}\n", info["archive"].get<std::string>());
@@ -318,8 +349,10 @@ std::string infoText(const json& info) {
       fmt::format("  {} steps: cycle {}\n", info["cycles"].size(), shortList(info["cycles"], 8));
   text += fmt::format("  time: {:.6g} to {:.6g}\n", info["times"].front().get<double>(),
                       info["times"].back().get<double>());
-  const json& domain = info["domain"];
-  text += fmt::format("  domain: {} to {}\n", domain["low"].dump(), domain["high"].dump());
+  if (info.contains("domain")) {
+    const json& domain = info["domain"];
+    text += fmt::format("  domain: {} to {}\n", domain["low"].dump(), domain["high"].dump());
+  }
   for (const json& view : info["views"]) {
     text += fmt::format("  view {}: {} x {}, {}, looks along {}\n", view["name"].get<std::string>(),
                         view["size"][0].dump(), view["size"][1].dump(),
@@ -381,9 +414,9 @@ std::string infoText(const json& info) {
   }
   text += fmt::format("  {} in all\n", bytesText(info["bytes"].get<double>()));
   text += provenanceText(info["provenances"]);
-  if (!info["note"].get<std::string>().empty()) {
-    text += fmt::format("  note: {}\n", info["note"].get<std::string>());
-  }
+  if (const std::string note = info.value("note", ""); !note.empty())
+    text += fmt::format("  note: {}\n", note);
+  text += damagedText(info["damaged"]);
   return text;
 }
 

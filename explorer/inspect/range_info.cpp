@@ -39,19 +39,18 @@ void takeStep(json& entry, const ProxyHeader& header) {
 
 }  // namespace
 
-json rangeInfo(const Archive& archive) {
+json rangeInfo(HeaderReader& files) {
+  const Archive& archive = files.archive();
   json list = json::array();
   for (const std::string& field : archive.fields()) {
     json entry{{"field", field}, {"changes", json::array()}};
     std::set<long> seen;
     for (const ArchiveRow& row : archive.rows()) {
       if (row.field != field || !seen.insert(row.cycle).second) continue;
-      try {
-        const ExrFile file = archive.open(row);
-        if (!file.header().partition) break;  // features
-        takeStep(entry, file.header());
-      } catch (const Error&) {  // the others still can be read
-      }
+      const auto header = files.header(row);
+      if (!header) continue;
+      if (!header->partition) break;  // features
+      takeStep(entry, *header);
     }
     if (entry["changes"].size() > 1 || entry.contains("worst")) list.push_back(std::move(entry));
   }

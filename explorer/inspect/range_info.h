@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "explorer/inspect/header_reader.h"
 #include "proxy/archive/archive.h"
 
 namespace vestige {
@@ -12,7 +13,7 @@ namespace vestige {
 /// and where more than 1 % of a step's samples were outside, "steps": how many of them, "worst":
 /// {"cycle", "share", "below", "above", "low", "high"}: shares of samples, range of the data},
 /// ...]. Fields of which neither is to be said are left out. Opens one file a step and field.
-nlohmann::json rangeInfo(const Archive& archive);
+nlohmann::json rangeInfo(HeaderReader& files);
 /// The same for people.
 std::string rangeText(const nlohmann::json& info);
 

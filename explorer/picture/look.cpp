@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "proxy/base/error.h"
+#include "proxy/base/nearest_word.h"
 
 namespace vestige {
 namespace {
@@ -173,7 +174,8 @@ std::optional<glm::dvec3> backgroundFromText(const std::string& text) {
   if (text == "grey" || text == "gray") return glm::dvec3(0.5);
   if (const auto color = colorFromHex(text)) return color;
   throw Error(ErrorCode::Config, "look key 'background' is '" + text +
-                                     "'; choices: black, white, grey, transparent, #rrggbb");
+                                     "'; choices: black, white, grey, transparent, #rrggbb" +
+                                     didYouMean(text, {"black", "white", "grey", "transparent"}));
 }
 
 std::string textFromBackground(const std::optional<glm::dvec3>& background) {

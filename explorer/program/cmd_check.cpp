@@ -3,11 +3,12 @@
 
 #include <filesystem>
 
+#include "explorer/picture/printable.h"
 #include "explorer/program/cli.h"
 #include "proxy/archive/archive.h"
 #include "proxy/base/error.h"
-#include "proxy/format/exr/exr_file.h"
 #include "proxy/base/launch.h"
+#include "proxy/format/exr/exr_file.h"
 
 namespace vestige::cli {
 namespace {
@@ -38,7 +39,7 @@ int run(const Options& options) {
       leftOut = repairArchive(options.archive, [&](int done, int total) { bar.show(done, total); });
     }
     for (const Finding& finding : leftOut) {
-      fmt::print("left out: {}: {}\n", finding.file, finding.problem);
+      fmt::print("left out: {}\n", printable(finding.file + ": " + finding.problem));
     }
   }
   if (!std::filesystem::is_directory(options.archive)) {
@@ -51,7 +52,8 @@ int run(const Options& options) {
   }
   std::size_t damage = 0;
   for (const Finding& finding : findings) {
-    fmt::print("{}{}: {}\n", finding.leftover ? "leftover: " : "", finding.file, finding.problem);
+    fmt::print("{}{}\n", finding.leftover ? "leftover: " : "",
+               printable(finding.file + ": " + finding.problem));
     if (!finding.leftover) ++damage;
   }
   if (damage > 0) {

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "explorer/program/cli.h"
 #include "explorer/export/export.h"
+#include "explorer/program/cli.h"
 #include "proxy/base/durable_file.h"
 #include "proxy/base/error.h"
 
@@ -30,15 +30,10 @@ std::uintmax_t bytesOf(const std::filesystem::path& folder, const nlohmann::json
 void run(const Options& options) {
   const Archive archive(options.archive);
   const std::vector<ArchiveRow> rows = rowsPassing(archive, options.filter);
-  const std::filesystem::path folder(options.output);
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) {
-    throw Error(ErrorCode::Io, options.output + " cannot be created: " + error.message());
-  }
+  const ExportFolder folder(options.output);
   nlohmann::json files = nlohmann::json::array();
   const auto table = [&](const char* name, const std::string& text, const char* meaning) {
-    writeDurably(folder / name, std::as_bytes(std::span(text)));
+    writeDurably(folder.file(name), std::as_bytes(std::span(text)));
     files.push_back(tableEntry(name, text, meaning));
   };
   const bool all = !options.channels && !options.statistics && !options.histograms;
@@ -56,10 +51,11 @@ void run(const Options& options) {
       files.push_back(std::move(entry));
   }
   const std::string manifest = manifestText(archive, files);
-  writeDurably(folder / "manifest.json", std::as_bytes(std::span(manifest)));
+  writeDurably(folder.file("manifest.json"), std::as_bytes(std::span(manifest)));
   fmt::print("{}: {} file{} of numbers, {:.3g} MB; what they hold: {}\n", options.output,
-             files.size(), files.size() == 1 ? "" : "s", 1e-6 * double(bytesOf(folder, files)),
-             (folder / "manifest.json").string());
+             files.size(), files.size() == 1 ? "" : "s",
+             1e-6 * double(bytesOf(folder.path(), files)),
+             (folder.path() / "manifest.json").string());
 }
 
 }  // namespace

@@ -3,8 +3,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "explorer/program/cli.h"
 #include "explorer/inspect/info.h"
+#include "explorer/picture/printable.h"
+#include "explorer/program/cli.h"
 
 namespace vestige::cli {
 namespace {
@@ -17,11 +18,11 @@ struct Options {
 void run(const Options& options) {
   if (options.timings) {
     const nlohmann::json timings = timingsInfo(options.archive);
-    fmt::print("{}", options.json ? timings.dump(2) + "\n" : timingsText(timings));
+    fmt::print("{}", options.json ? timings.dump(2) + "\n" : printable(timingsText(timings)));
     return;
   }
   const nlohmann::json info = archiveInfo(Archive(options.archive));
-  fmt::print("{}", options.json ? info.dump(2) + "\n" : infoText(info));
+  fmt::print("{}", options.json ? info.dump(2) + "\n" : printable(infoText(info)));
 }
 
 }  // namespace

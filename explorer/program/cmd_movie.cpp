@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "explorer/program/cli.h"
 #include "explorer/export/movie.h"
+#include "explorer/program/cli.h"
 #include "proxy/base/error.h"
 
 namespace vestige::cli {
@@ -32,9 +32,10 @@ void run(const Options& options) {
   }
   if (!options.plain) look.annotations = {true, true, true, true};
   const auto archive = std::make_shared<const Archive>(options.archive);
-  const std::vector<Look> looks =
-      turn ? looksOfTurn(look, options.turn, options.frames) : looksOverTime(look, *archive);
   Renderer renderer(gl::Device::create(options.look->backend()), archive);
+  const std::vector<Look> looks =
+      turn ? looksOfTurn(look, options.turn, options.frames)
+           : looksOverTime(lookForAllSteps(renderer, look, *archive), *archive);
   const double rate = options.framesPerSecond.value_or(turn ? 24.0 : 10.0);
   std::vector<Warning> warnings;
   {

@@ -4,8 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "explorer/program/cli.h"
 #include "explorer/inspect/probe_pixel.h"
+#include "explorer/picture/printable.h"
+#include "explorer/program/cli.h"
 #include "explorer/renderer/renderer.h"
 #include "proxy/base/error.h"
 
@@ -33,7 +34,7 @@ void run(const Options& options) {
   const nlohmann::json probed =
       probePixel(*archive, look, renderer.render(look), int(pixel[0]), int(pixel[1]),
                  options.hasDepth ? std::optional(options.depth) : std::nullopt);
-  fmt::print("{}", options.json ? probed.dump(2) + "\n" : probeText(probed));
+  fmt::print("{}", options.json ? probed.dump(2) + "\n" : printable(probeText(probed)));
 }
 
 }  // namespace

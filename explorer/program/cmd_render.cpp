@@ -4,9 +4,10 @@
 #include <chrono>
 #include <filesystem>
 
-#include "explorer/program/cli.h"
 #include "explorer/picture/metrics.h"
 #include "explorer/picture/picture.h"
+#include "explorer/picture/printable.h"
+#include "explorer/program/cli.h"
 #include "explorer/renderer/renderer.h"
 #include "explorer/renderer/view_effects.h"
 #include "proxy/base/error.h"
@@ -49,7 +50,7 @@ void run(const Options& options) {
   writePicture(options.output, rendered.picture);
   printWarnings(rendered.warnings);
   if (!options.verbose) return;
-  for (const std::string& note : rendered.notes) fmt::print("{}\n", note);
+  for (const std::string& note : rendered.notes) fmt::print("{}\n", printable(note));
   if (const auto own = renderer.ownLook(look)) {
     const RgbView stored = RgbView::interleaved(own->stored.size, own->stored.rgba, 4);
     const RgbView made = RgbView::interleaved(own->made.size, own->made.rgba, 4);

@@ -11,11 +11,12 @@
 #include <sstream>
 #include <utility>
 
+#include "explorer/picture/printable.h"
 #include "explorer/program/cli.h"
-#include "proxy/transfer/colormap.h"
 #include "proxy/base/durable_file.h"
 #include "proxy/base/error.h"
 #include "proxy/base/json_object.h"
+#include "proxy/transfer/colormap.h"
 
 namespace vestige::cli {
 namespace {
@@ -321,7 +322,7 @@ Look LookOptions::look() const {
 
 void printWarnings(const std::vector<Warning>& warnings) {
   for (const Warning& each : warnings)
-    std::fprintf(stderr, "vestige-explorer: warning: %s\n", each.text.c_str());
+    std::fprintf(stderr, "vestige-explorer: warning: %s\n", printable(each.text).c_str());
 }
 
 ProgressBar::ProgressBar(const char* label) : label_(label), terminal_(isatty(STDERR_FILENO)) {}

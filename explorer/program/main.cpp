@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "explorer/picture/printable.h"
 #include "explorer/program/cli.h"
 #include "proxy/base/error.h"
 #include "proxy/base/nearest_word.h"
@@ -66,7 +67,7 @@ int main(int argc, char** argv) {
                vestige::optionHints(optionsOf(app), {argv + 1, std::size_t(argc - 1)}));
     return 2;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "vestige-explorer: {}\n", error.what());
+    fmt::print(stderr, "vestige-explorer: {}\n", vestige::printable(error.what()));
     return 1;
   }
   if (std::fflush(stdout) != 0 || std::ferror(stdout)) {

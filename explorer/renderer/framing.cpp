@@ -202,4 +202,38 @@ std::optional<PictureWindow> windowOf(const Camera& stored, ImageSize storedSize
   return PictureWindow{at(0.0, 0.0), at(size.width, size.height)};
 }
 
+std::optional<Camera> ontoStored(const Camera& stored, const Camera& camera, ImageSize viewSize,
+                                 ImageSize size, const Box& box) {
+  if (stored.projection != camera.projection || stored.projection == Projection::MultiPerspective) {
+    return std::nullopt;
+  }
+  constexpr double kUnseen = 0.5;  // pixels
+  const Camera here = fittedCamera(camera, viewSize, size);
+  const auto same = [&](const Camera& other) {
+    const Camera there = fittedCamera(other, viewSize, size);
+    for (int i = 0; i < 8; ++i) {
+      const glm::dvec2 way(there.project(box.corner(i), size) - here.project(box.corner(i), size));
+      if (!(glm::length(way) < kUnseen)) return false;  // also where it is not a number
+    }
+    return true;
+  };
+  // Sizes of pictures are those of square pixels.
+  Camera exact = stored;
+  exact.pixelAspect = 1.0;
+  if (same(exact)) return stored;
+  // Another window of the stored picture.
+  Camera moved = camera;
+  moved.forward = stored.forward;
+  moved.up = stored.up;
+  if (stored.projection == Projection::Perspective) {
+    moved.position = stored.position;
+  } else {  // turned with its picture about the middle of the box
+    const glm::dvec3 way = box.center() - camera.position;
+    moved.position = box.center() - glm::dot(way, camera.right()) * moved.right() -
+                     glm::dot(way, camera.up) * moved.up -
+                     glm::dot(way, camera.forward) * moved.forward;
+  }
+  return same(moved) ? std::optional(moved) : std::nullopt;
+}
+
 }  // namespace vestige

@@ -29,4 +29,10 @@ struct PictureWindow {
 std::optional<PictureWindow> windowOf(const Camera& stored, ImageSize storedSize,
                                       const Camera& camera, ImageSize size);
 
+/// A camera that looks along the way of a stored one, or the stored one itself, and shows what
+/// `camera` does: no corner of the box moves by half a pixel of a picture of `size`. Nothing where
+/// there is none. Both are made for pictures of `viewSize`.
+std::optional<Camera> ontoStored(const Camera& stored, const Camera& camera, ImageSize viewSize,
+                                 ImageSize size, const Box& box);
+
 }  // namespace vestige

@@ -7,8 +7,8 @@
 #include <array>
 #include <cmath>
 
-#include "explorer/volume/surface_palette.h"
 #include "explorer/annotation/ticks.h"
+#include "explorer/volume/surface_palette.h"
 
 namespace vestige {
 namespace {
@@ -117,6 +117,48 @@ void warnOfFunction(const Look& look, Answer answer, const Data& data,
       warnings.push_back({"isosurfaces", "no surface has the value " + values + ": " + data.text});
     }
   }
+}
+
+/// Proxies that know intervals alone draw each with the mean of its opacity.
+void warnOfIntervals(const Look& look, Answer answer, const ProxyHeader& header, const Data& data,
+                     const TransferFunction& function, std::vector<Warning>& warnings) {
+  using enum Answer;
+  if (!look.opacity || !header.partition || !isAny(answer, {Lengths, Attenuation, Layers, Virtual}))
+    return;
+  constexpr double kMuch = 0.5;  // of the largest opacity
+  const auto extremes = [&](double low, double high) {
+    const double ends[] = {function.opacity(low), function.opacity(high)};
+    std::pair range(std::min(ends[0], ends[1]), std::max(ends[0], ends[1]));
+    for (const OpacityPoint& each : *look.opacity) {
+      if (each.value < low || each.value > high) continue;
+      range = {std::min(range.first, each.opacity), std::max(range.second, each.opacity)};
+    }
+    return range;
+  };
+  const double most = extremes(data.low, data.high).second;
+  std::string worst;
+  double largest = kMuch * most;
+  int count = 0;
+  const auto& bounds = header.partition->bounds();
+  for (std::size_t k = 0; k + 1 < bounds.size(); ++k) {
+    const double low = std::max(bounds[k], data.low), high = std::min(bounds[k + 1], data.high);
+    if (!(low < high)) continue;
+    const auto [least, greatest] = extremes(low, high);
+    if (greatest - least <= kMuch * most) continue;
+    ++count;
+    if (greatest - least <= largest) continue;
+    largest = greatest - least;
+    worst = "between " + numberText(least) + " and " + numberText(greatest) + " inside interval " +
+            std::to_string(k) + ", " + rangeText(bounds[k], bounds[k + 1], header.units);
+  }
+  if (count == 0) return;
+  warnings.push_back(
+      {"opacity",
+       "the opacity changes " + worst +
+           (count > 1 ? " (and so inside " + std::to_string(count - 1) + " more)" : "") +
+           ", but each interval is drawn with one mean opacity, as " + reasonOf(look, answer) +
+           ": put points at the intervals' bounds, which info --json tells, or let the run store "
+           "finer intervals, \"sliced\" or \"field\""});
 }
 
 void warnOfSlice(const glm::dvec4& plane, const ProxyHeader& header, const Stretch& stretch,
@@ -240,6 +282,17 @@ std::vector<Warning> valuesOutside(const Look& look, Answer answer, const ProxyH
   std::vector<Warning> warnings;
   const Data data(header);
   if (function && data.known()) warnOfFunction(look, answer, data, *function, warnings);
+  if (function && data.known() && data.low == data.high && !look.opacity &&
+      function->opacity(data.low) > 1e-3) {
+    warnings.push_back(
+        {"field", "field '" + header.field + "' is " + numberText(data.low) +
+                      (header.units.empty() ? "" : " " + header.units) +
+                      " everywhere: one colour and one opacity, " +
+                      numberText(function->opacity(data.low)) +
+                      " per reference length, fill the domain; opacity chooses another"});
+  }
+  if (function && data.known() && warnings.empty())
+    warnOfIntervals(look, answer, header, data, *function, warnings);
   if (look.slice && look.draw == Draw::Slice) {
     warnOfSlice(*look.slice, header, Stretch(look.scale, header.domain), camera, warnings);
   }

@@ -408,12 +408,13 @@ Rendered Renderer::render(const Look& worldLook) {
         look.field.empty() && classifier ? classifier->fields().front() : look.field;
     const std::string field = chosen(wanted, archive.fields(), archive, "field");
     const std::string viewName = chosen(look.view, archive.views(), archive, "view");
-    const std::shared_ptr<ViewData> base = self.views->get(cycle, viewName, field);
+    std::shared_ptr<ViewData> base = self.views->get(cycle, viewName, field);
     out.camera = self.cameraOf(look, *base);
+    const Look still = self.withoutTurn(look, cycle, field, base, out.camera, out);
     if (classifier && !isTransferFunction(*classifier, look)) {
-      self.drawClassified(look, *classifier, cycle, *base, out);
+      self.drawClassified(still, *classifier, cycle, *base, out);
     } else {
-      self.answer(look, cycle, field, base, out);
+      self.answer(still, cycle, field, base, out);
     }
   });
   scaleLengths(out.camera, unit);

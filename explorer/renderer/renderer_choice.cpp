@@ -16,6 +16,10 @@ std::string numberOf(double value) {
   return text;
 }
 
+std::string degreesBetween(glm::dvec3 a, glm::dvec3 b) {
+  return numberOf(std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0)) * 180.0 / std::numbers::pi);
+}
+
 }  // namespace
 
 bool isEdited(const Look& look, const ViewData& view) {
@@ -58,6 +62,37 @@ Camera Renderer::Impl::cameraOf(const Look& look, const ViewData& base) const {
       asStored ? header.camera : undistorted(header.camera, header.domain, header.size.aspect());
   return framedCamera(look, camera, squarePixels(header.size, header.camera.pixelAspect),
                       header.domain);
+}
+
+Look Renderer::Impl::withoutTurn(const Look& look, long cycle, const std::string& field,
+                                 std::shared_ptr<ViewData>& base, Camera& target, Rendered& out) {
+  if (look.rotate.isZero() || !look.frameFor.empty() || look.isStretched()) return look;
+  const ProxyHeader& own = base->header();
+  const ImageSize viewSize = squarePixels(own.size, own.camera.pixelAspect);
+  const ImageSize size = look.size.value_or(viewSize);
+  const glm::dvec3 forward = target.forward;
+  const auto at = [&](const std::string& view, const Camera& camera) {
+    Look still = look;
+    still.rotate = {};
+    still.view = view;
+    still.size = size;
+    target = camera;
+    out.notes.push_back("view '" + view + "' answers: it looks within " +
+                        degreesBetween(forward, target.forward) +
+                        " degrees of the direction asked for, which moves nothing by half a pixel");
+    return still;
+  };
+  const auto onto = [&](const Camera& stored) {
+    return ontoStored(stored, target, viewSize, size, own.domain);
+  };
+  if (const auto camera = onto(own.camera)) return at(own.view, *camera);
+  for (const ViewSummary& view : *views->summaries(cycle, field)) {
+    const auto camera = onto(view.camera);
+    if (!camera) continue;
+    base = views->get(cycle, view.name, field);
+    return at(view.name, *camera);
+  }
+  return look;
 }
 
 bool Renderer::Impl::isStored(const Look& look, const ProxyHeader& header, const Camera& camera) {
@@ -115,10 +150,9 @@ std::shared_ptr<ViewData> Renderer::Impl::sourceFor(const Look& look, long cycle
     best = &view;
   }
   if (!best) return base;
-  out.notes.push_back(
-      "view '" + best->name + "' answers: it looks within " +
-      numberOf(std::acos(std::clamp(alignment, -1.0, 1.0)) * 180.0 / std::numbers::pi) +
-      " degrees of the direction asked for");
+  out.notes.push_back("view '" + best->name + "' answers: it looks within " +
+                      degreesBetween(best->camera.forward, target.forward) +
+                      " degrees of the direction asked for");
   return best->name == base->header().view ? base : views->get(cycle, best->name, field);
 }
 

@@ -82,12 +82,12 @@ std::shared_ptr<FeatureSource> Renderer::Impl::featuresOf(const Look& look,
                   " has none that this classifier finds: centres and widths are those of the run");
 }
 
-void Renderer::Impl::drawFeatures(const Look& look, FeatureSource& source,
+void Renderer::Impl::drawFeatures(const Look& turnedLook, FeatureSource& source,
                                   const Classifier* classifier, long cycle, Rendered& out) {
-  refuseOtherClassification(look);
-  refuseIntervals(look);
+  refuseOtherClassification(turnedLook);
+  refuseIntervals(turnedLook);
   const std::string name = source.header().field;
-  std::string viewName = look.view;
+  std::string viewName = turnedLook.view;
   for (const std::string& view : archive->views()) {
     if (!viewName.empty()) break;
     if (archive->find(cycle, view, name, kind::kFeatures) ||
@@ -95,9 +95,11 @@ void Renderer::Impl::drawFeatures(const Look& look, FeatureSource& source,
       viewName = view;
     }
   }
-  const std::shared_ptr<ViewData> base = views->get(cycle, viewName, name);
+  std::shared_ptr<ViewData> base = views->get(cycle, viewName, name);
+  out.camera = cameraOf(turnedLook, *base);
+  const Look look = withoutTurn(turnedLook, cycle, name, base, out.camera, out);
   const ProxyHeader& header = base->header();
-  out.camera = cameraOf(look, *base);
+  viewName = header.view;
   const bool stored = isStored(look, header, out.camera);
   const FeatureOrigin& origin = source.origin();
   const double referenceLength = look.referenceLength.value_or(origin.referenceLength);

@@ -10,9 +10,9 @@
 #include "explorer/renderer/framing.h"
 #include "explorer/renderer/learned_pass.h"
 #include "explorer/renderer/renderer.h"
-#include "explorer/stacks/stack_source.h"
 #include "explorer/renderer/stated_error.h"
 #include "explorer/renderer/view_data.h"
+#include "explorer/stacks/stack_source.h"
 
 // The inside of Renderer: renderer.cpp resolves a look and finishes the picture,
 // renderer_choice.cpp finds the proxy that answers, renderer_draw.cpp draws with it. All of it runs
@@ -48,6 +48,11 @@ struct Renderer::Impl {
   /// nothing jumps when they are turned, unless the look asks for what is stored as it is, or
   /// nothing else is.
   Camera cameraOf(const Look& look, const ViewData& base) const;
+  /// A look that turns until nobody sees a difference from a stored view: as a look at that view
+  /// without a turn, which sets `base` and `target`. Pictures that share a frame, as those of
+  /// movies and eyes, stay turned, lest one among them be drawn another way.
+  Look withoutTurn(const Look& look, long cycle, const std::string& field,
+                   std::shared_ptr<ViewData>& base, Camera& target, Rendered& out);
   /// Whether a camera of pictures of `viewSize` shows no more than the stored picture does.
   static bool isStored(const Look& look, const ProxyHeader& header, const Camera& camera);
   /// The camera to draw a picture of `size` with; it is the picture's from then on.

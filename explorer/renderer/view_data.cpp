@@ -176,6 +176,10 @@ std::shared_ptr<const std::vector<ViewSummary>> ViewCache::summaries(long cycle,
     const ArchiveRow *depth = stored(kind::kDepth), *length = stored(kind::kLength),
                      *layered = stored(kind::kLayered);
     const ArchiveRow* any = length ? length : depth ? depth : layered;
+    for (const ArchiveRow& row : archive_.rows()) {
+      if (any || name == kFieldView) break;
+      if (row.cycle == cycle && row.view == name && row.field == field) any = &row;
+    }
     if (!any) continue;
     made->push_back({name, archive_.open(*any).header().camera, depth != nullptr, length != nullptr,
                      layered != nullptr});

@@ -9,14 +9,14 @@
 #include <utility>
 #include <vector>
 
-#include "explorer/recomposition/edit_pass.h"
-#include "explorer/volume/field_source.h"
 #include "explorer/layers/layer_pass.h"
 #include "explorer/layers/layered_pass.h"
 #include "explorer/layers/layers.h"
-#include "explorer/picture/look.h"
-#include "explorer/stacks/stack_runs.h"
 #include "explorer/layers/virtual_pass.h"
+#include "explorer/picture/look.h"
+#include "explorer/recomposition/edit_pass.h"
+#include "explorer/stacks/stack_runs.h"
+#include "explorer/volume/field_source.h"
 #include "proxy/archive/archive.h"
 
 namespace vestige {
@@ -89,7 +89,7 @@ class ViewCache {
 
   explicit ViewCache(const Archive& archive) : archive_(archive) {}
   std::shared_ptr<ViewData> get(long cycle, const std::string& view, const std::string& field);
-  /// The views of a step's field that can be warped or cast, from headers alone: choosing among
+  /// The views of a step's field, from headers alone: choosing among
   /// many decodes none of them.
   std::shared_ptr<const std::vector<ViewSummary>> summaries(long cycle, const std::string& field);
 

@@ -10,8 +10,10 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <string_view>
 
 #include "mini-sim/replay/data_set_reader.h"
+#include "proxy/base/json_object.h"
 
 namespace minisim {
 namespace {
@@ -99,11 +101,11 @@ Recording::Recording(std::filesystem::path folder) : folder_(std::move(folder)) 
     if (end == std::string::npos) break;  // torn
     ++line;
     try {
-      auto call = nlohmann::json::parse(text.begin() + long(from), text.begin() + long(end));
+      auto call = vestige::parseJson(std::string_view(text).substr(from, end - from));
       const std::string name = call.at("call");
       if (name == "open") output_ = call.at("output");
       if (name == "execute") executes_.push_back(std::move(call));
-    } catch (const nlohmann::json::exception& error) {
+    } catch (const std::exception& error) {
       throw std::runtime_error("'" + (folder_ / kCalls).string() + "' line " +
                                std::to_string(line) + ": " + error.what());
     }

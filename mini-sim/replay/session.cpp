@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "adaptor/include/vestige_vtk.h"
+#include "proxy/base/nearest_word.h"
 
 namespace minisim {
 int vestigeType(vtkDataArray* array) {
@@ -97,7 +98,7 @@ void keepArray(vtkDataSet* data, const std::string& array) {
   if (!found) {
     std::string sentence = "no array '" + array + "'; there are:";
     for (const std::string& name : others) sentence += " " + name;
-    throw std::runtime_error(sentence);
+    throw std::runtime_error(sentence + vestige::didYouMean(array, others));
   }
   for (vtkDataSetAttributes* set : attributes)
     for (const std::string& name : others) set->RemoveArray(name.c_str());

@@ -2,18 +2,27 @@
 #include "proxy/base/json_object.h"
 
 #include <algorithm>
+#include <set>
 
 #include "proxy/base/nearest_word.h"
 
 namespace vestige {
 
 nlohmann::json parseJson(std::string_view text) try {
-  return nlohmann::json::parse(
-      text.begin(), text.end(), [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) {
-        if (depth <= kMostJsonLevels) return true;
-        throw Error(ErrorCode::Format,
-                    "JSON is nested deeper than " + std::to_string(kMostJsonLevels) + " levels");
-      });
+  using Event = nlohmann::json::parse_event_t;
+  std::vector<std::set<std::string>> open;  // the keys so far of the objects that we are in
+  const auto judge = [&](int depth, Event event, nlohmann::json& parsed) {
+    if (depth > kMostJsonLevels) {
+      throw Error(ErrorCode::Format,
+                  "JSON is nested deeper than " + std::to_string(kMostJsonLevels) + " levels");
+    }
+    if (event == Event::object_start) open.emplace_back();
+    if (event == Event::object_end) open.pop_back();
+    if (event == Event::key && !open.back().insert(parsed.get<std::string>()).second)
+      throw Error(ErrorCode::Format, "JSON gives the key " + parsed.dump() + " twice");
+    return true;
+  };
+  return nlohmann::json::parse(text.begin(), text.end(), judge);
 } catch (const nlohmann::json::out_of_range& error) {
   throw Error(ErrorCode::Format, std::string("JSON holds a number out of range: ") + error.what());
 }
@@ -81,6 +90,14 @@ void JsonObject::finish() const {
     for (const std::string& known : known_) choices += (choices.empty() ? "" : ", ") + known;
     fail(key, "is not known here" + didYouMean(key, known_) + "; known: " + choices);
   }
+}
+
+void JsonObject::failChoice(const char* key, const nlohmann::json& value,
+                            const std::vector<std::string>& choices) const {
+  std::string list;
+  for (const std::string& choice : choices) list += (list.empty() ? "" : ", ") + choice;
+  fail(key, "is " + value.dump() + "; choices: " + list +
+                (value.is_string() ? didYouMean(value.get<std::string>(), choices) : ""));
 }
 
 void JsonObject::fail(const std::string& key, const std::string& reason) const {

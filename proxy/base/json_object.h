@@ -13,7 +13,8 @@ namespace vestige {
 
 /// The value of a JSON text that may come from anywhere. Throws nlohmann's parse_error with line
 /// and column for bad syntax, Format for more than kMostJsonLevels levels (whose reading, printing
-/// and freeing would take as much of the stack) and for numbers that no double holds.
+/// and freeing would take as much of the stack), for a key that an object gives twice and for
+/// numbers that no double holds.
 nlohmann::json parseJson(std::string_view text);
 inline constexpr int kMostJsonLevels = 64;
 
@@ -51,20 +52,23 @@ class JsonObject {
                 Enum& value) {
     const nlohmann::json* found = find(key);
     if (!found) return;
-    std::string choices;
+    std::vector<std::string> choices;
     for (const auto& [name, enumerator] : names) {
       if (*found == name) {
         value = enumerator;
         return;
       }
-      choices += choices.empty() ? name : std::string(", ") + name;
+      choices.emplace_back(name);
     }
-    fail(key, "is " + found->dump() + "; choices: " + choices);
+    failChoice(key, *found, choices);
   }
   /// The objects of a list, each to be read and finished; none where the key is absent.
   std::vector<JsonObject> list(const char* key);
   /// Throws for the first key that nobody asked for.
   void finish() const;
+  /// Throws for a value that is none of `choices`; says which is near.
+  [[noreturn]] void failChoice(const char* key, const nlohmann::json& value,
+                               const std::vector<std::string>& choices) const;
   [[noreturn]] void fail(const std::string& key, const std::string& reason) const;
   std::string pathOf(const std::string& key) const;
 

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "proxy/base/error.h"
+#include "proxy/base/nearest_word.h"
 #include "proxy/base/parse_number.h"
 
 namespace vestige {
@@ -28,10 +29,13 @@ const std::array<Axis, 6> kAxes = {{{"front", {0, 1, 0}, kUp},
 constexpr int kMaxSphere = 4096;  // more than a step can make (adaptor/config/config.h)
 
 [[noreturn]] void unknown(const std::string& name, const std::string& why) {
-  throw Error(ErrorCode::Config,
-              fmt::format("view set '{}': {}; choose front, back, left, right, top, bottom, axes, "
-                          "sphere:N (N in 1..{}) or orbit:AZ,EL (degrees)",
-                          name, why, kMaxSphere));
+  throw Error(
+      ErrorCode::Config,
+      fmt::format("view set '{}': {}{}; choose front, back, left, right, top, bottom, axes, "
+                  "sphere:N (N in 1..{}) or orbit:AZ,EL (degrees)",
+                  name, why,
+                  didYouMean(name, {"front", "back", "left", "right", "top", "bottom", "axes"}),
+                  kMaxSphere));
 }
 
 /// Direction i of n on a Fibonacci sphere: equal areas in z, golden angle in azimuth.

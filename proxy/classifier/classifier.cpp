@@ -10,6 +10,7 @@
 #include <set>
 
 #include "proxy/base/json_object.h"
+#include "proxy/base/nearest_word.h"
 #include "proxy/classifier/kinds.h"
 #include "proxy/transfer/colormap.h"
 #include "proxy/transfer/interval_partition.h"
@@ -98,11 +99,11 @@ void Classifier::edit(std::span<const FeatureEdit> edits) {
     const auto found = std::find_if(features_.begin(), features_.end(),
                                     [&](const Feature& each) { return each.name == edit.name; });
     if (found == features_.end()) {
-      std::string names;
-      for (const Feature& each : features_) names += (names.empty() ? "" : ", ") + each.name;
-      throw Error(
-          ErrorCode::NotFound,
-          fmt::format("there is no feature '{}' to change; there are: {}", edit.name, names));
+      std::vector<std::string> names;
+      for (const Feature& each : features_) names.push_back(each.name);
+      throw Error(ErrorCode::NotFound,
+                  fmt::format("there is no feature '{}' to change; there are: {}{}", edit.name,
+                              fmt::join(names, ", "), didYouMean(edit.name, names)));
     }
     if (edit.opacity) found->opacity = *edit.opacity;
     if (edit.color) found->color = *edit.color;
@@ -205,10 +206,11 @@ std::unique_ptr<Classifier> classifierFromJson(const json& source, const std::st
   const auto found =
       std::find_if(kinds.begin(), kinds.end(), [&](const auto& each) { return each.name == kind; });
   if (found == kinds.end()) {
-    std::string names;
-    for (const auto& each : kinds) names += (names.empty() ? "" : ", ") + std::string(each.name);
-    object.fail("kind", kind.empty() ? "is missing; choices: " + names
-                                     : "is '" + kind + "'; choices: " + names);
+    std::vector<std::string> names;
+    for (const auto& each : kinds) names.emplace_back(each.name);
+    object.fail("kind",
+                fmt::format("{}; choices: {}{}", kind.empty() ? "is missing" : "is '" + kind + "'",
+                            fmt::join(names, ", "), didYouMean(kind, names)));
   }
   std::vector<std::string> fields;
   if (const json* names = object.find("fields")) {

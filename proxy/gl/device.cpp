@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "proxy/base/error.h"
+#include "proxy/base/nearest_word.h"
 #include "proxy/gl/context.h"
 #include "proxy/gl/environment.h"
 
@@ -213,8 +214,9 @@ std::shared_ptr<Device> Device::create(const std::string& backend, int threads) 
   if (choice == "osmesa") return createOSMesa(threads);
   if (choice == "egl") return createEgl(threads);
   if (choice != "auto") {
-    throw Error(ErrorCode::InvalidArgument,
-                "the OpenGL backend '" + choice + "' is none of osmesa, egl, auto");
+    throw Error(ErrorCode::InvalidArgument, "the OpenGL backend '" + choice +
+                                                "' is none of osmesa, egl, auto" +
+                                                didYouMean(choice, {"osmesa", "egl", "auto"}));
   }
   std::string reason;
   try {

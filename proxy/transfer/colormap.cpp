@@ -9,8 +9,9 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "proxy/transfer/colormap_tables.h"
 #include "proxy/base/error.h"
+#include "proxy/base/nearest_word.h"
+#include "proxy/transfer/colormap_tables.h"
 
 namespace vestige {
 namespace {
@@ -47,8 +48,8 @@ Colormap Colormap::named(const std::string& name) {
     return fromSrgb(std::string(base) + (reversed ? "_r" : ""), std::move(colors));
   }
   throw Error(ErrorCode::Config,
-              fmt::format("no colour map is called '{}'; choose {}, each also with _r", name,
-                          fmt::join(names(), ", ")));
+              fmt::format("no colour map is called '{}'{}; choose {}, each also with _r", name,
+                          didYouMean(name, names()), fmt::join(names(), ", ")));
 }
 
 std::vector<std::string> Colormap::names() {

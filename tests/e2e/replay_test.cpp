@@ -147,6 +147,13 @@ TEST_F(Replay, SaysWhatIsWrongWithItsInput) {
   const auto broken = replay({"record"});
   EXPECT_EQ(broken.exitCode, 1);
   EXPECT_NE(broken.err.find("calls.jsonl' line 2"), std::string::npos) << broken.err;
+  // Nor does one whose reading would take as much of the stack as somebody likes.
+  write("record/calls.jsonl",
+        "{\"call\": " + std::string(100000, '[') + std::string(100000, ']') + "}\n");
+  const auto deep = replay({"record"});
+  EXPECT_EQ(deep.exitCode, 1);
+  EXPECT_NE(deep.err.find("line 1: JSON is nested deeper than 64 levels"), std::string::npos)
+      << deep.err.substr(0, 200);
 }
 
 TEST_F(Replay, CtHeadIsStoredAndRendered) {

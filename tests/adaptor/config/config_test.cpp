@@ -5,8 +5,8 @@
 
 #include <numbers>
 
-#include "adaptor/plan/classification.h"
 #include "adaptor/config/config_reader.h"
+#include "adaptor/plan/classification.h"
 #include "adaptor/plan/views.h"
 #include "proxy/base/error.h"
 #include "proxy/base/nearest_word.h"
@@ -198,6 +198,9 @@ TEST(Config, RefusesWhatMakesNoSense) {
   expectError("[output]\nbackground = 'blue'\n", "none of \"transparent\"");
   expectError("[gl]\nbackend = 'vulkan'\n", "vulkan");
   expectError("[image]\nproxies = ['lenght']\n", "\"lenght\" is none of");
+  expectError("[image]\nproxies = ['lenght']\n", "(did you mean 'length'?)");
+  expectError("[output]\nexisting = 'apend'\n", "(did you mean 'append'?)");
+  expectError("[[view]]\nset = 'fornt'\n", "(did you mean 'front'?)");
   expectError("[image]\nproxies = []\n", "at least one");
   expectError("[sliced]\nslabs = 4\n",
               "[image] proxies names neither \"sliced\" nor \"sliced-features\"");

@@ -6,12 +6,15 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 
 #include "explorer/export/npy.h"
 #include "explorer/inspect/probe.h"
+#include "proxy/base/error.h"
 #include "proxy/format/layout/field_layout.h"
 #include "proxy/format/layout/learned_layout.h"
 #include "tests/explorer/synthetic.h"
@@ -57,7 +60,7 @@ class Export : public ::testing::Test {
     const auto path = folder_.path() / "run.cdb";
     ArchiveWriter(path, ExistingArchive::Overwrite).writeStep(proxies);
     const Archive archive(path);
-    json files = exportChannels(archive, archive.rows(), out(), format, {});
+    json files = exportChannels(archive, archive.rows(), ExportFolder(out()), format, {});
     EXPECT_EQ(json::parse(manifestText(archive, files))["files"], files);
     return files;
   }
@@ -249,6 +252,35 @@ TEST(Npy, SaysWhatFollows) {
   EXPECT_EQ(header.back(), '\n');
   EXPECT_NE(header.find("{'descr': '<f4', 'fortran_order': False, 'shape': (2,3,), }"),
             header.npos);
+}
+
+TEST_F(Export, LeavesArchivesAndFilesOfOthersAlone) {
+  const auto path = folder_.path() / "an.cdb";
+  ArchiveWriter(path, ExistingArchive::Refuse)
+      .writeStep({encodeProxy(synthetic::mipProxy({4, 4}))});
+  const auto codeOf = [](const std::function<void()>& work) -> std::optional<ErrorCode> {
+    try {
+      work();
+    } catch (const Error& error) {
+      return error.code();
+    }
+    return std::nullopt;
+  };
+  EXPECT_EQ(codeOf([&] { ExportFolder{path}; }), ErrorCode::Exists);
+  EXPECT_EQ(codeOf([&] { ExportFolder{path / "deep" / "er"}; }), ErrorCode::Exists);
+  EXPECT_FALSE(std::filesystem::exists(path / "deep"));
+  const auto folder = folder_.path() / "mine";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "statistics.csv") << "mine";
+  EXPECT_EQ(codeOf([&] { ExportFolder(folder).file("statistics.csv"); }), ErrorCode::Exists);
+  EXPECT_EQ(codeOf([&] { ExportFolder(folder).file("histograms.csv"); }), std::nullopt);
+  // What an export wrote may be written anew.
+  std::ofstream(folder / "manifest.json")
+      << R"({"archive": "a.cdb", "files": [{"file": "statistics.csv"}]})";
+  EXPECT_EQ(codeOf([&] { ExportFolder(folder).file("statistics.csv"); }), std::nullopt);
+  // Some manifest of somebody.
+  std::ofstream(folder / "manifest.json") << R"({"files": []})";
+  EXPECT_EQ(codeOf([&] { ExportFolder{folder}; }), ErrorCode::Exists);
 }
 
 }  // namespace

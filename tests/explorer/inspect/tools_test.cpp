@@ -6,14 +6,15 @@
 #include <nlohmann/json.hpp>
 
 #include "explorer/annotation/annotate.h"
-#include "explorer/export/export.h"
-#include "explorer/inspect/info.h"
-#include "explorer/layers/layers.h"
-#include "explorer/export/movie.h"
-#include "explorer/picture/picture.h"
-#include "explorer/export/subprocess.h"
 #include "explorer/annotation/text.h"
 #include "explorer/annotation/ticks.h"
+#include "explorer/export/export.h"
+#include "explorer/export/movie.h"
+#include "explorer/export/subprocess.h"
+#include "explorer/inspect/info.h"
+#include "explorer/layers/layers.h"
+#include "explorer/picture/picture.h"
+#include "explorer/picture/printable.h"
 #include "explorer/picture/trust.h"
 #include "proxy/archive/archive.h"
 #include "proxy/base/error.h"
@@ -62,6 +63,43 @@ TEST(Info, SaysWhichCyclesWereMadeHow) {
   const std::string damaged = infoText(archiveInfo(Archive(path)));
   EXPECT_NE(damaged.find("cycle 11 made by what cannot be read: "), std::string::npos) << damaged;
   EXPECT_NE(damaged.find("cycle 12 made by x; rung 2"), std::string::npos) << damaged;
+}
+
+TEST(Info, NamesDamagedFilesAndGoesOn) {
+  const synthetic::TemporaryFolder folder;
+  const auto path = folder.path() / "a.cdb";
+  {
+    ArchiveWriter writer(path, ExistingArchive::Refuse);
+    for (long cycle = 0; cycle < 3; ++cycle) {
+      std::vector<EncodedProxy> step;
+      for (ProxyImage image : {synthetic::lengthProxy({4, 4}), synthetic::mipProxy({4, 4})}) {
+        image.header.cycle = cycle;
+        step.push_back(encodeProxy(image));
+      }
+      writer.writeStep(step);
+    }
+  }
+  const auto rows = Archive(path).rows();
+  // The first and the last, of which views and the domain are read.
+  for (const std::size_t row : {std::size_t(0), rows.size() - 1})
+    std::filesystem::resize_file(path / rows[row].exr, 40);
+  const nlohmann::json info = archiveInfo(Archive(path));
+  EXPECT_EQ(info["views"].size(), 1u);
+  EXPECT_EQ(info["fields"].size(), 1u);
+  EXPECT_TRUE(info.contains("domain"));
+  const std::string text = infoText(info);
+  for (const std::size_t row : {std::size_t(0), rows.size() - 1})
+    EXPECT_NE(text.find("damaged: " + rows[row].exr + ": "), std::string::npos) << text;
+  EXPECT_NE(text.find("`vestige-explorer check`"), std::string::npos) << text;
+  // Nothing can be read at all.
+  for (const ArchiveRow& row : rows) std::filesystem::resize_file(path / row.exr, 40);
+  EXPECT_NE(infoText(archiveInfo(Archive(path))).find("damaged: "), std::string::npos);
+}
+
+TEST(Printable, ShowsControlCharactersAndKeepsEverythingElse) {
+  EXPECT_EQ(printable("m/s \xc2\xb0\x43 \xe2\x88\x92\n\tx"), "m/s \xc2\xb0\x43 \xe2\x88\x92\n\tx");
+  EXPECT_EQ(printable("\x1b[31mK\r\x7f\xc2\x9b"), "\\x1b[31mK\\x0d\\x7f\\x9b");
+  EXPECT_EQ(printable(std::string("a\0b\xc2", 4)), "a\\x00b\xc2");
 }
 
 TEST(Csv, WritesNumbersThatReadBackAndQuotesText) {
@@ -267,6 +305,15 @@ TEST(Subprocesses, ReturnWhatTheyPrintAndReportFailure) {
   EXPECT_EQ(Subprocess({"echo", "a b;c"}).finish(), "a b;c\n");
   EXPECT_EQ(codeOf([] { Subprocess({"false"}).finish(); }), ErrorCode::Io);
   EXPECT_EQ(codeOf([] { Subprocess({"no-such-program-vestige"}); }), ErrorCode::NotFound);
+}
+
+TEST(Subprocesses, FailWithTheLastLineOfWhatTheySay) {
+  try {
+    Subprocess({"sh", "-c", "echo banner; echo the reason; echo; exit 3"}).finish();
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(std::string(error.what()), "sh failed: it said 'the reason'");
+  }
 }
 
 TEST(Subprocesses, SurviveAReaderThatDies) {

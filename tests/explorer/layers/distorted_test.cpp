@@ -12,11 +12,11 @@
 #include "explorer/export/export.h"
 #include "explorer/inspect/info.h"
 #include "explorer/layers/radiality.h"
-#include "explorer/renderer/renderer.h"
 #include "explorer/layers/virtual_pass.h"
+#include "explorer/renderer/renderer.h"
 #include "proxy/base/error.h"
-#include "proxy/gl/device.h"
 #include "proxy/format/layout/proxy_layout.h"
+#include "proxy/gl/device.h"
 #include "tests/explorer/synthetic.h"
 
 namespace vestige {
@@ -201,7 +201,8 @@ TEST_F(Distorted, RadialityIsTheAngleBetweenNormalAndRay) {
 TEST_F(Distorted, ExportGivesTheDistortionBesideTheDepth) {
   write({ball(true), ball(false)});
   const Archive archive(path());
-  exportChannels(archive, archive.rows(), folder_.path() / "out", ChannelFormat::Csv, {});
+  exportChannels(archive, archive.rows(), ExportFolder(folder_.path() / "out"), ChannelFormat::Csv,
+                 {});
   const auto firstLine = [&](const char* view) {
     std::ifstream file(folder_.path() / "out" /
                        (std::string("0_") + view + "_density_depth_layer00.csv"));

@@ -178,5 +178,36 @@ TEST(Background, ReadsNamesAndHexAndComesBack) {
   EXPECT_EQ(textFromBackground(backgroundFromText("#20a0ff")), "#20a0ff");
 }
 
+std::string complaintOf(const std::string& json) {
+  try {
+    lookFromText(json);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Look, GuessWhatAMisspeltValueMeant) {
+  for (const auto& [json, meant] :
+       {std::pair{R"({"source": "volum"})", "volume"},
+        {R"({"frame": "orbti"})", "orbit"},
+        {R"({"colormap": "viridsi"})", "viridis"},
+        {R"({"background": "wihte"})", "white"},
+        {R"({"classifier": {"kind": "gausian", "fields": ["f"]}})", "gaussian"}}) {
+    const std::string complaint = complaintOf(json);
+    EXPECT_NE(complaint.find("(did you mean '" + std::string(meant) + "'?)"), std::string::npos)
+        << complaint;
+  }
+  EXPECT_EQ(complaintOf(R"({"source": 3})").find("did you mean"), std::string::npos);
+}
+
+TEST(Look, NameAKeyThatStandsTwice) {
+  EXPECT_NE(complaintOf(R"({"view": "a", "ao": {"on": true}, "view": "b"})").find("\"view\" twice"),
+            std::string::npos);
+  EXPECT_NE(complaintOf(R"({"ao": {"on": true, "on": false}})").find("\"on\" twice"),
+            std::string::npos);
+  EXPECT_EQ(complaintOf(R"({"lights": [{"azimuth": 1}, {"azimuth": 2}], "ao": {"on": true}})"), "");
+}
+
 }  // namespace
 }  // namespace vestige

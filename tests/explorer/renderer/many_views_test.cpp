@@ -7,14 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "explorer/inspect/info.h"
 #include "explorer/export/movie.h"
+#include "explorer/inspect/info.h"
 #include "explorer/renderer/renderer.h"
 #include "explorer/renderer/view_data.h"
 #include "explorer/renderer/view_effects.h"
 #include "proxy/gl/device.h"
-#include "tests/explorer/synthetic.h"
 #include "tests/adaptor/api/simulation.h"
+#include "tests/explorer/synthetic.h"
 
 namespace vestige {
 namespace {
@@ -111,6 +111,80 @@ TEST_F(ManyViews, TenDegreesFromTheFrontTheFrontAnswers) {
   look.rotate.azimuth = 10.0;
   EXPECT_NE(notesOf(renderer.render(look)).find("view 'front' answers: it looks within 10 degrees"),
             std::string::npos);
+}
+
+double worstDifference(const Picture& a, const Picture& b) {
+  EXPECT_EQ(a.size, b.size);
+  double most = 0.0;
+  for (std::size_t i = 0; i < a.rgba.size() && i < b.rgba.size(); ++i)
+    most = std::max(most, std::abs(double(a.rgba[i]) - double(b.rgba[i])));
+  return most;
+}
+
+TEST_F(ManyViews, ATurnThatMovesNothingByHalfAPixelIsAnsweredAsTheStoredViewItself) {
+  for (const char* proxies : {"proxies = [\"length\", \"depth\"]\n",
+                              "proxies = [\"length\", \"depth\", \"reference\"]\n"}) {
+    Renderer renderer(device(), archive(kTiny + proxies + ofSets({"axes"})));
+    Look look;
+    const Rendered front = renderer.render(look);
+    look.rotate.azimuth = 0.001;
+    const Rendered nearly = renderer.render(look);
+    EXPECT_EQ(nearly.answer, front.answer) << notesOf(nearly);
+    EXPECT_LT(worstDifference(nearly.picture, front.picture), 1e-6) << proxies;
+    look.rotate.azimuth = 6.0;  // more than half a pixel
+    EXPECT_NE(renderer.render(look).answer, front.answer) << proxies;
+  }
+}
+
+TEST_F(ManyViews, HalfATurnIsTheOppositeViewsOwnPicture) {
+  Renderer renderer(device(),
+                    archive(kTiny + "proxies = [\"length\", \"depth\"]\n" + ofSets({"axes"})));
+  for (const auto& [from, to, azimuth] :
+       {std::tuple{"front", "back", 180.0}, {"right", "left", -180.0}, {"front", "front", 360.0}}) {
+    Look look;
+    look.view = to;
+    const Rendered own = renderer.render(look);
+    look.view = from;
+    look.rotate.azimuth = azimuth;
+    const Rendered turned = renderer.render(look);
+    EXPECT_EQ(turned.answer, own.answer) << from << notesOf(turned);
+    EXPECT_LT(worstDifference(turned.picture, own.picture), 1e-6) << from;
+  }
+}
+
+TEST_F(ManyViews, FramesOfATurnAreAllDrawnByTheSameProxiesAlsoWhereTheyPassAView) {
+  Renderer renderer(device(),
+                    archive(kTiny + "proxies = [\"length\", \"depth\"]\n" + ofSets({"axes"})));
+  for (const Look& look : looksOfTurn({}, 360.0, 8))  // 0, 45, 90, ... degrees
+    EXPECT_EQ(renderer.render(look).answer, Answer::Layers) << look.rotate.azimuth;
+}
+
+TEST_F(ManyViews, AMovieHasOneLookWhereStepsHaveTheirOwnDefaults) {
+  const std::string path = folder_ / "growing.cdb";
+  test::Simulation run(path, kTiny + "[[field]]\nsource = \"f\"\nrange = \"each-step\"\n");
+  for (int step = 0; step < 3; ++step) {
+    test::Sample sample({12, 10, 8});
+    for (float& value : sample.values) value *= float(1 + step);
+    ASSERT_EQ(run.step(sample, step), VESTIGE_OK) << run.error();
+  }
+  const auto stored = std::make_shared<const Archive>(path);
+  Renderer renderer(device(), stored);
+  const auto ends = [&](const Look& look, long cycle) {
+    Look at = look;
+    at.cycle = cycle;
+    return *renderer.resolved(at).colorRange;
+  };
+  ASSERT_NE(ends({}, 0), ends({}, 2));
+  const Look one = lookForAllSteps(renderer, {}, *stored);
+  EXPECT_EQ(ends(one, 0), ends(one, 2));
+  for (long cycle = 0; cycle < 3; ++cycle) {
+    EXPECT_LE(ends(one, 0).first, ends({}, cycle).first);
+    EXPECT_GE(ends(one, 0).second, ends({}, cycle).second);
+  }
+  // What the look says stays.
+  Look given;
+  given.colorRange = {0.1, 0.2};
+  EXPECT_EQ(lookForAllSteps(renderer, given, *stored).colorRange, given.colorRange);
 }
 
 TEST_F(ManyViews, EveryKindOfProxyIsDrawnFromAllSides) {

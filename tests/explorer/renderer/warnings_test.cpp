@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "explorer/renderer/look_warnings.h"
 #include "explorer/export/movie.h"
+#include "explorer/renderer/look_warnings.h"
 #include "explorer/renderer/renderer.h"
 #include "proxy/format/layout/field_layout.h"
 #include "proxy/gl/device.h"
@@ -98,6 +98,40 @@ TEST_F(Warnings, AreNoneForLooksThatMakeSense) {
   look.draw = Draw::Slice;
   look.isosurfaces.clear();
   look.slice = glm::dvec4(0.0, 1.0, 0.0, 0.5);
+  for (const Warning& each : warningsOf(look)) ADD_FAILURE() << each.text;
+}
+
+TEST_F(Warnings, NameTheValueOfAConstantFieldThatFillsTheDomain) {
+  ProxyHeader header = synthetic::lengthProxy(kSize).header;
+  header.statistics.low = header.statistics.high = 3.25;
+  const auto said = [&](const Look& look, double low, double high) {
+    TransferFunction function = TransferFunction::ramp(low, high, 1.0);
+    if (look.opacity) function.setOpacity(*look.opacity);
+    const auto all = valuesOutside(look, Answer::Lengths, header, &function, header.camera, kSize);
+    return all.empty() ? std::string() : all.front().text;
+  };
+  holds(said({}, 2.0, 4.0), "is 3.25");
+  EXPECT_EQ(said({}, 3.5, 4.0), "") << "transparent there";
+  Look look;
+  look.opacity = std::vector<OpacityPoint>{{3.0, 0.1}, {4.0, 0.2}};
+  look.opacity->insert(look.opacity->begin() + 1, {3.25, 0.1});
+  EXPECT_EQ(said(look, 2.0, 4.0), "");
+}
+
+TEST_F(Warnings, SayWhereOpacityChangesInsideOneInterval) {
+  const auto header = synthetic::lengthProxy(kSize).header;
+  const double low = header.partition->bounds()[1], high = header.partition->bounds()[2];
+  const double width = high - low;
+  Look look;
+  look.opacity = std::vector<OpacityPoint>{
+      {low + 0.4 * width, 0.0}, {low + 0.5 * width, 0.6}, {low + 0.6 * width, 0.0}};
+  for (const Source source : {Source::Volume, Source::Layers}) {
+    look.source = source;
+    const std::string text = textOf(look, "opacity");
+    holds(text, "between 0 and 0.6 inside interval 1");
+    holds(text, "one mean opacity");
+  }
+  look.source = Source::Field;
   for (const Warning& each : warningsOf(look)) ADD_FAILURE() << each.text;
 }
 

@@ -37,11 +37,11 @@ std::set<std::string> filesOf(const std::filesystem::path& manifest) try {
   std::error_code ignored;
   if (!std::filesystem::exists(manifest, ignored)) return {};
   const std::vector<std::byte> bytes = readBytes(manifest, std::size_t(64) << 20);
-  const nlohmann::json json =
+  const nlohmann::json listed =
       parseJson({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   std::set<std::string> files{kManifest};
-  json.at("archive").get<std::string>();
-  for (const auto& entry : json.at("files")) files.insert(entry.at("file").get<std::string>());
+  listed.at("archive").get<std::string>();
+  for (const auto& entry : listed.at("files")) files.insert(entry.at("file").get<std::string>());
   return files;
 } catch (const std::exception&) {
   return {};

@@ -27,10 +27,10 @@ nlohmann::json parseJson(std::string_view text) try {
   throw Error(ErrorCode::Format, std::string("JSON holds a number out of range: ") + error.what());
 }
 
-JsonObject::JsonObject(const nlohmann::json& json, std::string path, std::string owner)
-    : json_(json), path_(std::move(path)), owner_(std::move(owner)) {
-  if (json.is_object()) return;
-  const std::string reason = "must be a JSON object, not " + json.dump();
+JsonObject::JsonObject(const nlohmann::json& object, std::string path, std::string owner)
+    : json_(object), path_(std::move(path)), owner_(std::move(owner)) {
+  if (object.is_object()) return;
+  const std::string reason = "must be a JSON object, not " + object.dump();
   if (path_.empty()) throw Error(ErrorCode::Config, "a " + owner_ + " " + reason);
   throw KeyError(owner_, path_, reason);
 }

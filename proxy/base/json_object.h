@@ -38,7 +38,7 @@ class KeyError : public Error {
 class JsonObject {
  public:
   /// `owner` is what errors call the whole: "look key 'ao.radius' ...".
-  JsonObject(const nlohmann::json& json, std::string path, std::string owner = "look");
+  JsonObject(const nlohmann::json& object, std::string path, std::string owner = "look");
 
   /// The value of a key or nullptr where absent; marks it as known.
   const nlohmann::json* find(const char* key);

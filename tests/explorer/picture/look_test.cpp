@@ -178,9 +178,9 @@ TEST(Background, ReadsNamesAndHexAndComesBack) {
   EXPECT_EQ(textFromBackground(backgroundFromText("#20a0ff")), "#20a0ff");
 }
 
-std::string complaintOf(const std::string& json) {
+std::string complaintOf(const std::string& text) {
   try {
-    lookFromText(json);
+    lookFromText(text);
   } catch (const Error& error) {
     return error.what();
   }
@@ -188,13 +188,13 @@ std::string complaintOf(const std::string& json) {
 }
 
 TEST(Look, GuessWhatAMisspeltValueMeant) {
-  for (const auto& [json, meant] :
+  for (const auto& [text, meant] :
        {std::pair{R"({"source": "volum"})", "volume"},
         {R"({"frame": "orbti"})", "orbit"},
         {R"({"colormap": "viridsi"})", "viridis"},
         {R"({"background": "wihte"})", "white"},
         {R"({"classifier": {"kind": "gausian", "fields": ["f"]}})", "gaussian"}}) {
-    const std::string complaint = complaintOf(json);
+    const std::string complaint = complaintOf(text);
     EXPECT_NE(complaint.find("(did you mean '" + std::string(meant) + "'?)"), std::string::npos)
         << complaint;
   }

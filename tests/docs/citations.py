@@ -59,10 +59,10 @@ def main():
                 elif anchor and anchor not in headings(other.read_text()):
                     faults.append(f"{name}: no heading {target}")
         else:
-            for line in text.splitlines():
-                if LOCATOR.search(line) and not keys:
-                    faults.append(f"{name}: of which paper? {line.strip()}")
-        for page, numbers in SECTION.findall(text):
+            joined = re.sub(r"\n[ \t]*(?:///?|#|\*)[ \t]*", " ", text)
+            for where in LOCATOR.finditer(joined if not keys else ""):
+                faults.append(f"{name}: of which paper? {joined[max(0, where.start() - 40):where.end() + 20]}")
+        for page, numbers in SECTION.findall(re.sub(r"\n[ \t]*(?:///?|#|\*)?[ \t]*", " ", text)):
             for number in re.findall(r"\d+", numbers):
                 if number not in sections[page.lower()]:
                     faults.append(f"{name}: {page} §{number} is no section of docs/{page.lower()}.md")

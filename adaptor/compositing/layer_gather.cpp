@@ -42,17 +42,17 @@ std::vector<float> LayerGatherer::light() const {
   return sum;
 }
 
-LayeredPlanes LayerGatherer::planes(std::span<const float> exit) const {
+AnalyticLayerPlanes LayerGatherer::planes(std::span<const float> exit) const {
   const std::size_t pixels = end_.size(), layers = std::size_t(layers_);
-  LayeredPlanes planes{layers_, std::vector<float>((layers + 1) * pixels),
-                       std::vector<float>(3 * layers * pixels), std::vector<float>(layers * pixels),
-                       std::vector<LayeredState>(pixels)};
+  AnalyticLayerPlanes planes{
+      layers_, std::vector<float>((layers + 1) * pixels), std::vector<float>(3 * layers * pixels),
+      std::vector<float>(layers * pixels), std::vector<AnalyticLayerState>(pixels)};
   for (std::size_t p = 0; p < pixels; ++p) {
     const bool saturated = end_[p] <= kSaturatedTransmittance;
     const double taken = 1.0 - std::max(double(end_[p]), kSaturatedTransmittance);
     // Without a first boundary nothing is known to be there.
     if (taken < kEmptyOpacity || boundary_[p] == kInfinity) continue;
-    planes.state[p] = saturated ? LayeredState::Saturated : LayeredState::Whole;
+    planes.state[p] = saturated ? AnalyticLayerState::Saturated : AnalyticLayerState::Whole;
     const auto transmittance = [&](std::size_t i) { return 1.0 - taken * double(i) / layers_; };
     float depth = boundary_[p];
     for (std::size_t i = 0; i <= layers; ++i) {

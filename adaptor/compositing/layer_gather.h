@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "adaptor/compositing/march_types.h"
-#include "proxy/format/layout/layered_layout.h"
+#include "proxy/format/layout/analytic_layers_layout.h"
 
 namespace vestige {
 
@@ -53,7 +53,7 @@ class LayerGatherer {
   /// Premultiplied linear RGB of the whole rays, [3][pixel].
   std::vector<float> light() const;
   /// `exit`: planar depth at which rays leave the domain.
-  LayeredPlanes planes(std::span<const float> exit) const;
+  AnalyticLayerPlanes planes(std::span<const float> exit) const;
 
  private:
   int layers_;

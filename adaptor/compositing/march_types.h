@@ -45,9 +45,9 @@ struct MarchRequest {
   /// Blinn-Phong headlight on the reference: colour (0.3 + 0.7 |n·v|) + 0.2 |n·v|^32.
   bool phong = false;
   std::vector<double> isovalues{};  ///< depth layers; any order
-  /// Pass over bricks and tiles in which nothing happens. The result is the same; MIP to 2e-7 of
+  /// Skip bricks and tiles in which nothing happens. The result is the same; MIP to 2e-7 of
   /// the partition's range.
-  bool passOver = true;
+  bool skipEmptySpace = true;
   /// Position-dependent classification of what the base function makes, and of MIP: gamma at each
   /// sample, factor and shift at the middle of each step. Functions to blend to have no part.
   std::shared_ptr<const CustomVolume> custom{};

@@ -192,7 +192,7 @@ void FeatureMarcher::Impl::run(const FeatureRequest& request, std::span<const do
   for (const BlockVolume& volume : volumes) bricks.push_back(&volume.bricks());
   std::vector<glm::vec4> apart(setup.bricks.size(), glm::vec4(-1.0f, 0.0f, 0.0f, 0.0f));
   setup.bricks = apart;
-  if (request.passOver) {
+  if (request.skipEmptySpace) {
     setup.bricks = vanishingBricks(*request.classifier, bricks, false);
     apart = vanishingBricks(*request.classifier, bricks, true);
   }

@@ -18,7 +18,7 @@ struct FeatureRequest {
   double stepLength = 0.0;                 ///< as MarchRequest::stepLength
   const Classifier* classifier = nullptr;  ///< normalised, with channels
   std::vector<ChannelOptics> optics;       ///< [channel] of the run's look
-  bool passOver = true;                    ///< pass over bricks in which all channels vanish
+  bool skipEmptySpace = true;              ///< skip bricks in which all channels vanish
 };
 
 /// Integrates a classifier's weights along rays through one block, on the GL device. Between

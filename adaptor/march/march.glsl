@@ -10,7 +10,7 @@
 // ray crosses in it. Where rays run side by side in the lanes of a vector unit, a loop ends with its
 // last lane and an `if` saves nothing, so rare work must not stand in the loop of the samples.
 //
-// Before a stretch, bricks in which the ray can meet nothing are passed over (SKIP). In QUIET tiles
+// Before a stretch, bricks in which the ray can meet nothing are skipped (SKIP). In EMPTY_TILE tiles
 // rays meet nothing but the block's background.
 //
 // Marcher defines INTERVALS, LAYERS (counts); STRETCH (steps), EACH_STEP(X) = X(0, 1) X(1, 2) ...,
@@ -38,7 +38,7 @@ uniform vec2 slab;  // the depths z between which rays are followed
 
 const int kChannels = INTERVALS + 3;
 const int kNoData = INTERVALS + 2;
-#ifdef QUIET
+#ifdef EMPTY_TILE
 uniform int backgroundChannel;
 uniform float backgroundHigh;
 #endif
@@ -161,7 +161,7 @@ void main() {
   bool miss = !(inBox.x < inBox.y);
   float zIn = miss ? 0.0 : inBox.x, zOut = miss ? 0.0 : inBox.y;
 
-#ifdef QUIET
+#ifdef EMPTY_TILE
 #ifdef RUNS
   int channel = backgroundChannel, firstRun = -1, lastRun = channel;
   int lowest = channel, highest = channel;
@@ -209,7 +209,7 @@ void main() {
 #endif
 #ifdef SKIP
   float lastSample = floor(zOut / stepDepth);
-  float passedLargest = -kInfinity;  // of what was passed over
+  float passedLargest = -kInfinity;  // of what was skipped
 #endif
   // Of each layer, the index of the step where it is first met; negative: none yet.
   float layerFrom = fIn;
@@ -226,7 +226,7 @@ void main() {
   // Loops test at their end: a test at the head costs the vector unit one more turn.
   do {
 #ifdef SKIP
-    // Pass over bricks while the next sample is in one that holds nothing but the ray's channel,
+    // Skip bricks while the next sample is in one that holds nothing but the ray's channel,
     // is transparent with all that lies between, and on this side of every isovalue still unmet.
     {
       float to = index;
@@ -461,7 +461,7 @@ void main() {
 #ifdef MIP
   largest = max(largest, isGap(fOut) ? -kInfinity : valueOut);
 #ifdef SKIP
-  // Where what was passed over may hold more: the least values of the bricks on the way bound the
+  // Where what was skipped may hold more: the least values of the bricks on the way bound the
   // result from below, and only bricks that reach above the bound are sampled.
   float mipEnd = passedLargest > largest + 1e-7 ? lastSample : -kInfinity;
   float at0 = ceil(zIn / stepDepth), sampleIndex = at0;
@@ -503,7 +503,7 @@ void main() {
                    (lastIndex + middleOf(lastF, fEnd)) * stepDepth, origin, direction);
 #endif
 #endif
-#endif  // QUIET
+#endif  // EMPTY_TILE
 
 #ifdef SLAB
   // The last run ends at the exit. Only the ranks between the lowest and the highest are stored.
@@ -572,7 +572,7 @@ void main() {
 #ifdef BASE
   put(exp(-tauOut));
 #endif
-#if LAYERS > 0 && !defined(QUIET)
+#if LAYERS > 0 && !defined(EMPTY_TILE)
   // Only the layers that were met; 0 stands for none.
   float hits[LAYERS + 1];
 #define LAYER_HIT(m) hits[m] = hit##m;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The base transfer function along segments on which the value is linear. Its extinction is linear
-// in pieces (BaseTable), so optical depth is exact for that table however a segment is cut: depth
+// in pieces (PreintegratedTable), so optical depth is exact for that table however a segment is cut: depth
 // between values f0 and f1 = length * (S(f1) - S(f0)) / (f1 - f0), S = ∫ extinction.
 
 uniform samplerBuffer base;  // per cell: S, extinction * cell, half its rise; PIECES: the next or 0

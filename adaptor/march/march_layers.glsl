@@ -152,7 +152,7 @@ void main() {
     bool seen;
     do {
 #ifdef SKIP
-      // Pass over bricks that hold nothing but transparent values.
+      // Skip bricks that hold nothing but transparent values.
       float lastSample = floor(zOut / stepDepth), to = index;
       bool skips;
       do {

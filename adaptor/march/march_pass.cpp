@@ -13,7 +13,7 @@
 namespace vestige {
 namespace {
 
-/// Where hardly any brick can be passed over, looking costs more than it saves.
+/// Where hardly any brick can be skipped, looking costs more than it saves.
 bool worthSkipping(const std::vector<glm::vec4>& bricks) {
   const auto skippable = std::count_if(bricks.begin(), bricks.end(),
                                        [](const glm::vec4& brick) { return brick.x >= 0.0f; });
@@ -91,11 +91,11 @@ MarchSetup::MarchSetup(const MarchRequest& request, const BlockVolume& volume, b
     customValues = custom && std::any_of(custom->values.begin(), custom->values.end(),
                                          [](const glm::vec4& values) { return values.x != 1.0f; });
   }
-  const BaseTable* table = base ? &*base : nullptr;
+  const PreintegratedTable* table = base ? &*base : nullptr;
   edges = channelEdges(request.partition, table);
   bricks = volume.bricks().texels(edges, table);
   // Bricks know the base function of values as they are.
-  if (!request.passOver || customValues) {
+  if (!request.skipEmptySpace || customValues) {
     for (glm::vec4& brick : bricks) brick.x = -1.0f;
   }
   skips = worthSkipping(bricks);

@@ -30,7 +30,7 @@ void checkRequest(const MarchRequest& request);
 struct MarchSetup {
   MarchFrame frame;
   std::array<MarchAxis, 3> axes;
-  std::optional<BaseTable> base;
+  std::optional<PreintegratedTable> base;
   std::vector<glm::vec2> edges;
   std::vector<glm::vec4> bricks;
   bool skips;

@@ -50,7 +50,7 @@ struct Marcher::Impl {
     });
   }
 
-  gl::Program& program(const MarchRequest& request, const MarchSetup& setup, bool quiet);
+  gl::Program& program(const MarchRequest& request, const MarchSetup& setup, bool empty);
   void marchBands(std::span<const TilePass> passes, const MarchRequest& request, RayImage& image);
   RayImage march(const MarchRequest& request);
 
@@ -64,7 +64,7 @@ struct Marcher::Impl {
 };
 
 gl::Program& Marcher::Impl::program(const MarchRequest& request, const MarchSetup& setup,
-                                    bool quiet) {
+                                    bool empty) {
   const int layers = int(request.isovalues.size());
   MarchDefines defines = {{"INTERVALS", std::to_string(request.partition.intervals())},
                           {"LAYERS", std::to_string(layers)},
@@ -82,8 +82,8 @@ gl::Program& Marcher::Impl::program(const MarchRequest& request, const MarchSetu
   flag("PHONG", request.reference && request.phong);
   flag("BASE", request.attenuation || request.reference);
   flag("CONVERGING", request.camera.projection == Projection::MultiPerspective);
-  flag("QUIET", quiet);
-  addFieldDefines(defines, setup, volume, !quiet);
+  flag("EMPTY_TILE", empty);
+  addFieldDefines(defines, setup, volume, !empty);
 
   std::string key;
   for (const auto& [name, value] : defines) key += name + "=" + value + ";";
@@ -151,12 +151,12 @@ RayImage Marcher::Impl::march(const MarchRequest& request) {
     passes.emplace_back(program(request, setup, false), plan.marched);
     setMarchUniforms(passes.back().program, request, setup, volume);
   }
-  if (!plan.quiet.empty()) {
-    passes.emplace_back(program(request, setup, true), plan.quiet);
-    const gl::Program& quiet = passes.back().program;
-    setMarchUniforms(quiet, request, setup, volume);
-    f.Uniform1i(quiet.uniform("backgroundChannel"), plan.background->channel);
-    f.Uniform1f(quiet.uniform("backgroundHigh"), plan.background->high);
+  if (!plan.empty.empty()) {
+    passes.emplace_back(program(request, setup, true), plan.empty);
+    const gl::Program& empty = passes.back().program;
+    setMarchUniforms(empty, request, setup, volume);
+    f.Uniform1i(empty.uniform("backgroundChannel"), plan.background->channel);
+    f.Uniform1f(empty.uniform("backgroundHigh"), plan.background->high);
   }
   times.march += preparing.seconds();
   marchBands(passes, request, image);

@@ -19,7 +19,7 @@ class Marcher {
   ~Marcher();
 
   /// Uploads a block, slab by slab, replacing the one before; `threads` look for what a march can
-  /// pass over. Throws Gl when it does not fit.
+  /// skip. Throws Gl when it does not fit.
   void upload(const BlockGrid& grid, const FillSlab& fill, int threads = 1);
   /// Marches the uploaded block. Throws Gl or InvalidArgument.
   RayImage march(const MarchRequest& request);

@@ -96,23 +96,23 @@ void anchorOnNodes(MarchFrame& frame, const MarchRequest& request, const BlockGr
 }  // namespace
 
 /// The programs of a slab and the tiles that they are run on. Tiles in whose depths nothing but the
-/// background lies in the slab are quiet.
+/// background lies in the slab are empty.
 struct SlabMarch::Passes {
-  std::vector<glm::vec4> marched, quiet;
+  std::vector<glm::vec4> marched, empty;
   std::vector<TilePass> passes;
   std::vector<const gl::Program*> programs;
 
-  Passes(const TilePlan& plan, glm::vec2 slab) : quiet(plan.quiet) {
+  Passes(const TilePlan& plan, glm::vec2 slab) : empty(plan.empty) {
     for (const glm::vec4& tile : plan.marched)
-      (plan.background && (tile.w < slab.x || tile.z > slab.y) ? quiet : marched).push_back(tile);
+      (plan.background && (tile.w < slab.x || tile.z > slab.y) ? empty : marched).push_back(tile);
     // TilePass wants them by rows.
-    std::stable_sort(quiet.begin(), quiet.end(),
+    std::stable_sort(empty.begin(), empty.end(),
                      [](const glm::vec4& a, const glm::vec4& b) { return a.y < b.y; });
   }
 };
 
 const gl::Program& SlabMarch::program(const MarchRequest& request, const MarchSetup& setup,
-                                      const BlockVolume& volume, bool quiet, bool direct) {
+                                      const BlockVolume& volume, bool empty, bool direct) {
   MarchDefines defines = {{"INTERVALS", std::to_string(request.partition.intervals())},
                           {"LAYERS", "0"},
                           {"STRETCH", std::to_string(kSlabStretch)},
@@ -120,9 +120,9 @@ const gl::Program& SlabMarch::program(const MarchRequest& request, const MarchSe
                           {"EACH_STEP_BACK(X)", unrolled(kSlabStretch, true, true)},
                           {"EACH_LAYER(X)", ""},
                           {"SLAB", ""}};
-  if (quiet) defines.push_back({"QUIET", ""});
+  if (empty) defines.push_back({"EMPTY_TILE", ""});
   if (direct) defines.push_back({"DIRECT", ""});
-  addFieldDefines(defines, setup, volume, !quiet);
+  addFieldDefines(defines, setup, volume, !empty);
   std::string key;
   for (const auto& [name, value] : defines) key += name + "=" + value + ";";
   const auto found = programs_.find(key);
@@ -199,13 +199,13 @@ void SlabMarch::march(const BlockVolume& volume, const MarchRequest& request,
   const MarchTables tables(setup, volume);
   const gl::Program* marched = &program(lengths, setup, volume, false, spacing.has_value());
   setMarchUniforms(*marched, lengths, setup, volume);
-  const gl::Program* quiet = nullptr;
+  const gl::Program* empty = nullptr;
   if (plan.background) {
-    quiet = &program(lengths, setup, volume, true, spacing.has_value());
-    setMarchUniforms(*quiet, lengths, setup, volume);
+    empty = &program(lengths, setup, volume, true, spacing.has_value());
+    setMarchUniforms(*empty, lengths, setup, volume);
     const gl::Functions& f = gl::functions();
-    f.Uniform1i(quiet->uniform("backgroundChannel"), plan.background->channel);
-    f.Uniform1f(quiet->uniform("backgroundHigh"), plan.background->high);
+    f.Uniform1i(empty->uniform("backgroundChannel"), plan.background->channel);
+    f.Uniform1f(empty->uniform("backgroundHigh"), plan.background->high);
   }
   times.march += preparing.seconds();
 
@@ -225,9 +225,9 @@ void SlabMarch::march(const BlockVolume& volume, const MarchRequest& request,
       passes.passes.emplace_back(*marched, passes.marched);
       passes.programs.push_back(marched);
     }
-    if (!passes.quiet.empty()) {
-      passes.passes.emplace_back(*quiet, passes.quiet);
-      passes.programs.push_back(quiet);
+    if (!passes.empty.empty()) {
+      passes.passes.emplace_back(*empty, passes.empty);
+      passes.programs.push_back(empty);
     }
     take(s, readSlab(passes, lengths, slab, times));
   }

@@ -6,8 +6,8 @@
 #include <span>
 #include <string>
 
-#include "adaptor/march/march_pass.h"
 #include "adaptor/compositing/slab_rays.h"
+#include "adaptor/march/march_pass.h"
 
 namespace vestige {
 
@@ -26,7 +26,7 @@ class SlabMarch {
  private:
   struct Passes;
   const gl::Program& program(const MarchRequest& request, const MarchSetup& setup,
-                             const BlockVolume& volume, bool quiet, bool direct);
+                             const BlockVolume& volume, bool empty, bool direct);
   SlabRays readSlab(const Passes& passes, const MarchRequest& request, glm::vec2 slab,
                     Times& times);
 

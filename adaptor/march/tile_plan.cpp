@@ -203,7 +203,7 @@ TilePlan::TilePlan(const BrickGrid& bricks, std::span<const glm::vec4> texels,
   for (int ty = 0; ty < rows; ++ty) {
     for (int tx = 0; tx < columns; ++tx) {
       const auto range = ranges[std::size_t(ty) * std::size_t(columns) + std::size_t(tx)];
-      (range.x > range.y ? quiet : marched).emplace_back(float(tx), float(ty), range.x, range.y);
+      (range.x > range.y ? empty : marched).emplace_back(float(tx), float(ty), range.x, range.y);
     }
   }
 }

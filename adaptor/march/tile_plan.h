@@ -30,7 +30,7 @@ struct TilePlan {
   /// (tile x, tile y, z, z): between these two depths of the frame rays of the tile may meet
   /// something other than the background; before and after they do not.
   std::vector<glm::vec4> marched;
-  std::vector<glm::vec4> quiet;  ///< nothing but the background, or nothing at all
+  std::vector<glm::vec4> empty;  ///< nothing but the background, or nothing at all
 
   /// `texels`: the bricks as BrickGrid::texels makes them. Where fewer than one brick in twenty is
   /// of the commonest kind, or where rays in the background may still differ in the MIP that is

@@ -140,7 +140,7 @@ bool Session::wants(std::int64_t cycle, double time) {
   if (!trigger_.mayFire(cycle, time)) return false;
   if (budget_.hasTime()) return true;
   // Whether rules that look at fields would have fired is not known.
-  if (trigger_.byCadence(cycle, time)) budget_.passOver(cycle);
+  if (trigger_.byCadence(cycle, time)) budget_.skip(cycle);
   say();
   return false;
 }
@@ -180,7 +180,7 @@ void Session::execute(std::int64_t cycle, double time) {
   };
   if (!trigger_.fires(cycle, time, statistics)) return;
   if (!budget_.hasTime()) {
-    budget_.passOver(cycle);
+    budget_.skip(cycle);
     return say();
   }
   // The next cycles are compared with this step: a field that is not there must fail before it is
@@ -253,7 +253,7 @@ TierBytes Session::featureBytes(const StepFrame& frame,
 }
 
 void Session::findLadder(const StepFrame& frame, const Fields& fields) {
-  if (!ladder_.empty()) return;
+  if (!levels_.empty()) return;
   StepExtent extent;
   extent.fields = std::max(1, int(fields.plans.size()));
   extent.views = int(frame.views.size());
@@ -272,25 +272,25 @@ void Session::findLadder(const StepFrame& frame, const Fields& fields) {
     return pixels;
   };
   extent.features = featureBytes(frame, fields.classifiers);
-  ladder_ = ladderOf(config_, extent);
-  budget_.setLadder({ladder_.begin(), ladder_.end()});
+  levels_ = qualityLevelsOf(config_, extent);
+  budget_.setLevels({levels_.begin(), levels_.end()});
 }
 
 std::vector<EncodedProxy> Session::make(StepFrame& frame, const std::vector<StepField>& fields,
                                         const std::vector<StepClassifier>& classifiers,
                                         StepTimes& times) {
-  const Rung& rung = ladder_[std::size_t(budget_.rung())];
-  frame.views = resolveViews(rung.config, blocks_.domain());
+  const Level& level = levels_[std::size_t(budget_.level())];
+  frame.views = resolveViews(level.config, blocks_.domain());
   frame.provenance = fmt::format("vestige {}; {}", kVersion, device_->info().renderer);
   if (launch_) frame.provenance += "; " + launchNote(*launch_);
   if (config_.budget.any()) {
     const auto& [bytes, share] = config_.budget;
     frame.provenance += fmt::format(
         "; budget{}{}: {}", bytes ? fmt::format(" of {} bytes a step", *bytes) : "",
-        share ? fmt::format(" of {} of the time", *share) : "", budget_.place(budget_.rung()));
+        share ? fmt::format(" of {} of the time", *share) : "", budget_.place(budget_.level()));
   }
-  marcher_->configure(rung.config);
-  features_->configure(rung.config);
+  marcher_->configure(level.config);
+  features_->configure(level.config);
   std::vector<EncodedProxy> proxies;
   for (const StepField& field : fields) {
     auto made = marcher_->march(frame, field, threads_, times);
@@ -389,7 +389,7 @@ void Session::finishStep(const StepFrame& frame, const std::vector<EncodedProxy>
     rehearsedBytes_ = report.bytes;
     for (auto& sentence : report.sentences) log_.info(std::move(sentence));
     if (config_.budget.any()) {
-      log_.info(fmt::format("dry run: [budget] takes {}", budget_.place(budget_.rung())));
+      log_.info(fmt::format("dry run: [budget] takes {}", budget_.place(budget_.level())));
     }
     return;
   }
@@ -397,7 +397,7 @@ void Session::finishStep(const StepFrame& frame, const std::vector<EncodedProxy>
   const int passed = budget_.passedOver();
   log_.info(fmt::format("cycle {} stored: {} proxies, {:.2f} MB, {:.2f} s{}", frame.cycle,
                         proxies.size(), double(bytes) * 1e-6, times.sum(),
-                        passed > 0 ? fmt::format(", {} steps passed over before", passed) : ""));
+                        passed > 0 ? fmt::format(", {} steps skipped before", passed) : ""));
 }
 
 }  // namespace vestige

@@ -16,7 +16,7 @@
 #include "adaptor/ingest/block_set.h"
 #include "adaptor/plan/classification.h"
 #include "adaptor/run/field_warnings.h"
-#include "adaptor/run/ladder.h"
+#include "adaptor/run/quality_levels.h"
 #include "adaptor/run/record.h"
 #include "adaptor/run/settled.h"
 #include "adaptor/run/trigger.h"
@@ -107,7 +107,7 @@ class Session {
   std::map<std::string, std::string> units_;
   Trigger trigger_;
   Budget budget_;
-  std::vector<Rung> ladder_;  ///< of the first step's grid; empty until then
+  std::vector<Level> levels_;  ///< of the first step's grid; empty until then
   Settled settled_;
   FieldWarnings warnings_{log_};
   std::set<std::string> warned_;

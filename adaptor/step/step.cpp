@@ -15,7 +15,7 @@
 #include "adaptor/volume/customization_pass.h"
 #include "proxy/format/exr/exr_threads.h"
 #include "proxy/format/exr/png_file.h"
-#include "proxy/format/layout/layered_layout.h"
+#include "proxy/format/layout/analytic_layers_layout.h"
 #include "proxy/format/layout/learned_layout.h"
 #include "proxy/format/layout/proxy_layout.h"
 

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "adaptor/plan/classification.h"
 #include "adaptor/march/marcher.h"
+#include "adaptor/plan/classification.h"
 #include "adaptor/plan/stack_views.h"
 #include "adaptor/plan/step_frame.h"
 #include "adaptor/step/timings.h"
@@ -26,7 +26,7 @@ struct StepField {
 /// What the rays of a view gathered.
 struct ViewRays {
   RayImage rays;
-  std::optional<LayeredPlanes> layers;
+  std::optional<AnalyticLayerPlanes> layers;
   RayImage layerPicture;  ///< the reference picture of the layers' own light
 };
 

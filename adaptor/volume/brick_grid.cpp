@@ -83,7 +83,7 @@ bool BrickGrid::nearGaps(int x, int y, int z) const {
 }
 
 std::vector<glm::vec4> BrickGrid::texels(std::span<const glm::vec2> edges,
-                                         const BaseTable* base) const {
+                                         const PreintegratedTable* base) const {
   const bool gaps = hasGaps();
   const auto channelOf = [&](float value) {
     const auto above = std::upper_bound(edges.begin(), edges.end(), value,

@@ -12,7 +12,7 @@
 
 namespace vestige {
 
-/// The least and largest sample of every brick of a block: what lets a march pass over space in
+/// The least and largest sample of every brick of a block: what lets a march skip space in
 /// which nothing happens. A brick is kCells cells a side; samples on a face belong to both sides.
 class BrickGrid {
  public:
@@ -35,7 +35,8 @@ class BrickGrid {
   /// (channelEdges()); negative where there are several, where a sample without data is near, or
   /// where `base` is given and not transparent throughout. A brick all without data has an empty
   /// range, +infinity to -infinity.
-  std::vector<glm::vec4> texels(std::span<const glm::vec2> edges, const BaseTable* base) const;
+  std::vector<glm::vec4> texels(std::span<const glm::vec2> edges,
+                                const PreintegratedTable* base) const;
 
  private:
   struct Brick {

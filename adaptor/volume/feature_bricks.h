@@ -10,7 +10,7 @@
 
 namespace vestige {
 
-/// What a march of features may pass over, as texels of the march (BrickGrid::texels): x = 0 where
+/// What a march of features may skip, as texels of the march (BrickGrid::texels): x = 0 where
 /// no channel weighs more than Classifier::kNegligible on any segment that stays in the brick, else
 /// -1. `fields`: the bricks of the classifier's fields, normalised, then of the gradient norm if it
 /// needs one. `withNeighbours`: nor on any segment from there to a brick beside it.

@@ -52,7 +52,8 @@ MarchRays::MarchRays(const MarchFrame& frame, const Camera& camera, ImageSize si
   }
 }
 
-std::vector<glm::vec2> channelEdges(const IntervalPartition& partition, const BaseTable* base) {
+std::vector<glm::vec2> channelEdges(const IntervalPartition& partition,
+                                    const PreintegratedTable* base) {
   std::vector<glm::vec2> edges = {{-kInfinity, 0.0f}};
   for (double bound : partition.bounds()) {
     const float value = float(partition.normalised(bound));

@@ -8,8 +8,8 @@
 #include <glm/vec4.hpp>
 #include <vector>
 
-#include "adaptor/volume/base_table.h"
 #include "adaptor/compositing/march_types.h"
+#include "adaptor/volume/preintegrated_table.h"
 
 namespace vestige {
 
@@ -39,7 +39,8 @@ struct MarchRays {
 
 /// The edges of all channels in ascending order of value: below, intervals, above, no data; x is
 /// the normalised value, y the integral of the base function up to it.
-std::vector<glm::vec2> channelEdges(const IntervalPartition& partition, const BaseTable* base);
+std::vector<glm::vec2> channelEdges(const IntervalPartition& partition,
+                                    const PreintegratedTable* base);
 
 /// One axis of a block as march_field.glsl reads it.
 struct MarchAxis {

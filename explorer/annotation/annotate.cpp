@@ -93,10 +93,10 @@ void drawBoxEdges(Picture& picture, const AnnotationSubject& subject, bool hidde
       from[v] = to[v] = highV ? box.high[v] : box.low[v];
       to[axis] = box.high[axis];
       // Edges are curves in multi-perspective pictures.
-      const int pieces = subject.camera.projection == Projection::MultiPerspective ? 48 : 1;
-      for (int i = 0; i < pieces; ++i) {
+      const int segments = subject.camera.projection == Projection::MultiPerspective ? 48 : 1;
+      for (int i = 0; i < segments; ++i) {
         const auto at = [&](int step) {
-          const double t = double(step) / pieces;
+          const double t = double(step) / segments;
           return glm::dvec2(subject.camera.project((1.0 - t) * from + t * to, picture.size));
         };
         drawRimmedLine(picture, at(i), at(i + 1), width, ink.ink, ink, hidden ? 0.45 : 0.8);

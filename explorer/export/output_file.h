@@ -9,7 +9,7 @@
 
 namespace vestige {
 
-/// A file that is written piece by piece as path.tmp and gets its name when it is whole; else
+/// A file that is written segment by segment as path.tmp and gets its name when it is whole; else
 /// nothing is left of it. Throws Io or NoSpace with path and reason.
 class OutputFile {
  public:

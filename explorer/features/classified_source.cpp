@@ -200,7 +200,7 @@ VolumeView ClassifiedSource::drawMaximum(const Look& look, const TransferFunctio
 }
 
 std::string ClassifiedSource::note() const {
-  return fmt::format("the classifier answers on {} x {} x {} samples: {}", bundle_.size.x,
+  return fmt::format("uses the classifier on {} x {} x {} samples: {}", bundle_.size.x,
                      bundle_.size.y, bundle_.size.z, bundle_.note);
 }
 

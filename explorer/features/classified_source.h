@@ -50,7 +50,7 @@ class ClassifiedSource {
   /// Adds how far the picture changes with what is moved, whichever way changes it more.
   void addDoubt(const Moved& moved, VolumeSetup setup, const Picture& likely,
                 std::vector<float>& doubt);
-  /// DrawnView::doubt: the sum over the fields, and over gradients where the classifier asks.
+  /// RenderedView::doubt: the sum over the fields, and over gradients where the classifier asks.
   std::vector<float> doubtOf(const VolumeSetup& setup, const Picture& likely);
 
   long cycle_;

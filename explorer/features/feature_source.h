@@ -35,7 +35,7 @@ class FeatureSource {
   struct Drawn {
     Picture picture;
     std::vector<float> depth;  ///< of grids; else empty
-    std::vector<float> doubt;  ///< RecomposedFeatures::doubt; of grids: DrawnView::doubt
+    std::vector<float> doubt;  ///< RecomposedFeatures::doubt; of grids: RenderedView::doubt
     std::vector<float> guess;  ///< of grids
     std::string note;          ///< who answers and how true, a sentence
     bool stored = false;       ///< in the pixels of the stored view; else those of `size`

@@ -61,7 +61,7 @@ gl::Texture listTexture(std::span<const std::uint32_t> values) {
   gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
   if (std::size_t(largest) < std::max(rows, width)) {
     throw Error(ErrorCode::Gl, "a list of " + std::to_string(values.size()) +
-                                   " pieces needs a texture of " + std::to_string(width) + " x " +
+                                   " segments needs a texture of " + std::to_string(width) + " x " +
                                    std::to_string(rows) + ", this OpenGL has at most " +
                                    std::to_string(largest) + " a side");
   }

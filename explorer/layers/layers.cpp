@@ -55,18 +55,18 @@ class Fronts {
     }
     const RayEnds ends{int(lengths_.first[pixel]) - 1, int(lengths_.last[pixel]) - 1,
                        depthPerLength};
-    pieces_.clear();
-    orderByRuns(ray_, ends, partition, pieces_);
+    segments_.clear();
+    orderByRuns(ray_, ends, partition, segments_);
     double at = moment / length - 0.5 * length * depthPerLength;
     std::array<bool, kMostChannels> met{};
-    for (const Piece& piece : pieces_) {
-      const auto c = std::size_t(piece.channel);
-      if (likely_[c] && !met[c] && !piece.ambiguous) {
+    for (const Segment& segment : segments_) {
+      const auto c = std::size_t(segment.channel);
+      if (likely_[c] && !met[c] && !segment.ambiguous) {
         depth_[c] = float(at);
         likely_[c] = 0;
       }
       met[c] = true;
-      at += double(piece.amount) * depthPerLength;
+      at += double(segment.amount) * depthPerLength;
     }
   }
 
@@ -75,7 +75,7 @@ class Fronts {
   std::array<float, kMostChannels> depth_;
   std::array<std::uint8_t, kMostChannels> likely_;
   std::vector<RayInterval> ray_;
-  std::vector<Piece> pieces_;
+  std::vector<Segment> segments_;
 };
 
 /// Calls `work(pixel, fronts)` for every pixel, on all cores.

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "explorer/layers/layer_pass.h"
+#include "explorer/layers/depth_layer_pass.h"
 #include "explorer/recomposition/decode.h"
 
 namespace vestige {
@@ -16,7 +16,7 @@ std::vector<int> layerOfChannels(const IntervalPartition& partition,
 
 /// Layers as they will be drawn. Where a layer was not hit but one of its channels was passed
 /// through (`lengths` may be null), the depth at which that channel starts is put in, so that no
-/// piece is left out: exact where it has one run or the order along the ray tells, else where it
+/// segment is left out: exact where it has one run or the order along the ray tells, else where it
 /// would start as one run, which is too deep and marked as likely.
 LayerPlanes completedLayers(DepthLayers layers, const LengthPlanes* lengths,
                             const std::vector<int>& layerOf);

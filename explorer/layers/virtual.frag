@@ -32,7 +32,7 @@ uint wordAt(uint index) {
   return texelFetch(entries, ivec2(index & mask, index >> uint(listWidthLog2)), 0).r;
 }
 
-// explorer/recomposition/pieces.h amountBits.
+// explorer/recomposition/segments.h amountBits.
 float amountOf(uint word) { return uintBitsToFloat(((word & 0xffffu) << 12) + 0x33000000u); }
 
 void main() {

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "explorer/layers/layers.h"
-#include "explorer/recomposition/pieces.h"
+#include "explorer/recomposition/segments.h"
 #include "fullscreen_vert.embed.h"
 #include "proxy/base/error.h"
 #include "virtual_frag.embed.h"
@@ -29,7 +29,7 @@ SheetLists listsOf(const LengthPlanes& lengths, double unit) {
   SheetLists lists;
   const double depthPerLength = 1.0 / std::hypot(1.0, 1.0 / lengths.header.camera.convergence);
   const std::size_t pixels = starts.size.pixels();
-  lists.first.assign(pixels, PieceLists::kNone);
+  lists.first.assign(pixels, SegmentLists::kNone);
   struct Entry {
     float start, end;
     std::uint32_t word;
@@ -48,12 +48,12 @@ SheetLists listsOf(const LengthPlanes& lengths, double unit) {
       ray.push_back({start, float(double(start) + extent),
                      amountBits(float(double(lengths.length[k][i]) / unit)) |
                          std::uint32_t(k) << 16 |
-                         (starts.likely[layer][i] ? PieceLists::kAmbiguous : 0u)});
+                         (starts.likely[layer][i] ? SegmentLists::kAmbiguous : 0u)});
     }
     if (ray.empty()) continue;
     std::stable_sort(ray.begin(), ray.end(),
                      [](const Entry& a, const Entry& b) { return a.start < b.start; });
-    ray.back().word |= PieceLists::kLast;
+    ray.back().word |= SegmentLists::kLast;
     lists.first[i] = std::uint32_t(lists.entries.size());
     for (const Entry& entry : ray) {
       lists.entries.push_back(entry.word);

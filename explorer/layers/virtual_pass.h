@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "explorer/gpu/drawn_view.h"
 #include "explorer/gpu/gpu.h"
+#include "explorer/gpu/rendered_view.h"
 #include "explorer/picture/stretch.h"
 #include "explorer/recomposition/decode.h"
 #include "explorer/recomposition/edit_pass.h"
@@ -16,7 +16,7 @@ namespace vestige {
 
 /// The opacity lengths of a multi-perspective view as virtual rays meet them: in every pixel a list
 /// of intervals in the order in which they start along its ray, three words an entry. The first is
-/// that of PieceLists (amount / unit, channel, kAmbiguous where the start is only likely, kLast),
+/// that of SegmentLists (amount / unit, channel, kAmbiguous where the start is only likely, kLast),
 /// the others the depths of the start and the end as floats' bits; several runs are taken to lie
 /// evenly about their mean depth. `first` [pixel] counts words.
 struct SheetTextures {
@@ -31,7 +31,7 @@ struct SheetTextures {
 };
 
 /// A view by virtual ray marching; depth: where half of the light is gone.
-using VirtualView = DrawnView;
+using VirtualView = RenderedView;
 
 /// Volumetric view synthesis [Tikhonova 2010, §4.3.1]. A new ray is marched through the box;
 /// its point (ρ, Z) belongs to the pixel r = ρ + Z/κ of the stored picture. Where its effective

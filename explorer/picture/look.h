@@ -23,9 +23,9 @@ namespace vestige {
 enum class Shading { Auto, None, Phong };
 /// Which proxy recomposes the picture at a stored view (method §2 "opacity change").
 enum class Via { Auto, Length, Attenuation };
-/// How the pieces of a ray are put in order: by mean depth, or by the runs that the stored counts,
-/// lengths and mean depths allow to be reconstructed (docs/exploring.md "Order"). Runs are truer
-/// and take longer: auto reconstructs them for views of at most kRunsPixels pixels.
+/// How the segments of a ray are put in order: by mean depth, or by the runs that the stored
+/// counts, lengths and mean depths allow to be reconstructed (docs/exploring.md "Order"). Runs are
+/// truer and take longer: auto reconstructs them for views of at most kRunsPixels pixels.
 enum class Order { Auto, Runs, Mean };
 inline constexpr std::size_t kRunsPixels = 512 * 512;
 enum class NormalSource { Stored, Depth };

@@ -17,7 +17,7 @@ enum class Trust : std::uint8_t {
 };
 
 /// Doubt (EditPass::doubt) is the largest change of a linear colour that a different order of the
-/// pieces could make. Up to 2/255 is data, up to 0.1 interpolation, more a guess.
+/// segments could make. Up to 2/255 is data, up to 0.1 interpolation, more a guess.
 inline constexpr float kDoubtData = 2.0f / 255.0f;
 inline constexpr float kDoubtGuess = 0.1f;
 /// The guessed share of a warped pixel (WarpedView::guess) above which it is a guess.

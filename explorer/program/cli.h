@@ -51,7 +51,7 @@ class LookOptions {
 };
 
 /// "1,2,3": numbers separated by commas, between `least` and `most` of them; throws Config naming
-/// the option and the piece that is none.
+/// the option and the segment that is none.
 std::vector<double> numbersFromText(const std::string& option, const std::string& text,
                                     std::size_t least, std::size_t most);
 

@@ -9,16 +9,16 @@
 #include <sstream>
 
 #include "explorer/annotation/annotate.h"
-#include "explorer/program/cli.h"
 #include "explorer/features/field_bundle.h"
+#include "explorer/program/cli.h"
 #include "explorer/renderer/renderer.h"
-#include "explorer/stacks/stack_source.h"
 #include "explorer/renderer/stated_error.h"
-#include "proxy/classifier/fit.h"
+#include "explorer/stacks/stack_source.h"
 #include "proxy/base/durable_file.h"
 #include "proxy/base/error.h"
-#include "proxy/format/layout/field_layout.h"
 #include "proxy/base/json_object.h"
+#include "proxy/classifier/fit.h"
+#include "proxy/format/layout/field_layout.h"
 
 namespace vestige::cli {
 namespace {
@@ -86,8 +86,8 @@ class Brush {
 
 std::vector<std::string> namesFrom(const std::string& text) {
   std::vector<std::string> names;
-  std::stringstream pieces(text);
-  for (std::string piece; std::getline(pieces, piece, ',');) names.push_back(piece);
+  std::stringstream segments(text);
+  for (std::string segment; std::getline(segments, segment, ',');) names.push_back(segment);
   if (names.empty() || names.size() > Classifier::kMaxFields) {
     throw Error(ErrorCode::Config, fmt::format("--fields '{}' holds {} names, not 1 to {}", text,
                                                names.size(), Classifier::kMaxFields));

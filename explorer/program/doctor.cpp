@@ -10,9 +10,9 @@
 #include <thread>
 #include FT_FREETYPE_H
 
-#include "explorer/recomposition/edit_pass.h"
-#include "explorer/export/subprocess.h"
 #include "explorer/annotation/text.h"
+#include "explorer/export/subprocess.h"
+#include "explorer/recomposition/edit_pass.h"
 #include "proxy/base/error.h"
 #include "proxy/gl/device.h"
 #include "proxy/version.h"
@@ -23,18 +23,18 @@ namespace {
 /// Recomposes one picture of two known layers; returns the largest difference from the formula.
 double selfTest(gl::Device& device) {
   constexpr int kSide = 8;
-  PieceLists lists;
+  SegmentLists lists;
   lists.size = {kSide, kSide};
   for (std::uint32_t i = 0; i < kSide * kSide; ++i) {
     lists.first.push_back(2 * i);
     lists.entries.push_back(amountBits(0.5f));
-    lists.entries.push_back(amountBits(float(i) / 32.0f) | 1u << 16 | PieceLists::kLast);
+    lists.entries.push_back(amountBits(float(i) / 32.0f) | 1u << 16 | SegmentLists::kLast);
   }
   const ChannelTable table{{1.0, 2.0}, {glm::dvec3(1.0, 0.0, 0.0), glm::dvec3(0.0, 1.0, 0.5)}};
   Picture picture;
   device.run([&] {
     EditPass pass;
-    picture = pass.render(PieceTextures(lists), table);
+    picture = pass.render(SegmentTextures(lists), table);
   });
   double worst = 0.0;
   for (int i = 0; i < kSide * kSide; ++i) {

@@ -128,7 +128,7 @@ LookOptions::LookOptions(CLI::App& command) : command_(&command) {
   command.add_option("--look", lookFile_, "Start from a look (JSON)");
   command.add_option("--save-look", saveLook_, "Write the look of this picture");
   auto* cycle = command.add_option("--step", cycle_, "Cycle of the step (default: the last)");
-  command.add_option("--time", time_, "Simulation time; the nearest step answers")->excludes(cycle);
+  command.add_option("--time", time_, "Simulation time; the nearest step is used")->excludes(cycle);
   command.add_option("--field", field_, "Field (default: the first)");
   command.add_option("--view", view_, "Stored view (default: the first)");
   command.add_option("--rotate", rotate_, "Orbit by AZ,EL[,ROLL] degrees");

@@ -1,12 +1,12 @@
 #version 300 es
 // SPDX-License-Identifier: BSD-3-Clause
-// Recomposes a picture from the pieces of its rays (method §2 "opacity change"):
-// A' = 1 - exp(-strength * amount), C += T A' c', T *= 1 - A', front to back. Pieces that are mixed
+// Recomposes a picture from the segments of its rays (method §2 "opacity change"):
+// A' = 1 - exp(-strength * amount), C += T A' c', T *= 1 - A', front to back. Segments that are mixed
 // make one homogeneous stretch: depths add, colours average weighted by them.
 // Variants by #define: SHADED multiplies a channel's colour by the light on its own depth layer
 // [Tikhonova 2010, Fig. 1d], ENHANCED darkens by depth-aware enhancement (eq. 11), TRUST
 // gives the largest change that an unknown order could make, ATTENUATION gives a'_k of 4 channels,
-// ONE_LAYER recomposes the pieces that belong to one depth layer only.
+// ONE_LAYER recomposes the segments that belong to one depth layer only.
 precision highp float;
 precision highp int;
 precision highp usampler2D;
@@ -14,7 +14,7 @@ precision highp sampler2DArray;
 precision highp sampler2D;
 
 uniform usampler2D firstEntry;  // [pixel] index of the first entry, 0xffffffff = none
-uniform usampler2D entries;     // explorer/recomposition/pieces.h PieceLists
+uniform usampler2D entries;     // explorer/recomposition/segments.h SegmentLists
 uniform int listWidthLog2;
 // A channel's linear rgb; w = -strength * unit * log2(e). WIDE: of more channels than uniforms hold.
 #ifdef WIDE
@@ -44,7 +44,7 @@ out vec4 result;
 
 const float kOpaque = 1.0 / 4096.0;
 
-// explorer/recomposition/pieces.h amountBits; unpackHalf2x16 would take as long as all the rest.
+// explorer/recomposition/segments.h amountBits; unpackHalf2x16 would take as long as all the rest.
 float amountOf(uint entry) {
   return uintBitsToFloat(((entry & 0xffffu) << 12) + 0x33000000u);
 }

@@ -43,7 +43,7 @@ ChannelTable tableForAttenuation(const IntervalLook& look, const IntervalLook& b
   return table;
 }
 
-PieceTextures::PieceTextures(const PieceLists& lists)
+SegmentTextures::SegmentTextures(const SegmentLists& lists)
     : size(lists.size),
       unit(lists.unit),
       first(gpu::texture2D(GL_R32UI, lists.size, GL_RED_INTEGER, GL_UNSIGNED_INT,
@@ -61,9 +61,9 @@ const gl::Program& EditPass::variant(
       .first->second;
 }
 
-void EditPass::bind(const gl::Program& program, const PieceTextures& pieces,
+void EditPass::bind(const gl::Program& program, const SegmentTextures& segments,
                     const ChannelTable& table, const std::vector<int>* layerOf) {
-  if (table.strength.size() > std::size_t(PieceLists::kMostChannel) ||
+  if (table.strength.size() > std::size_t(SegmentLists::kMostChannel) ||
       table.color.size() != table.strength.size()) {
     throw Error(ErrorCode::InvalidArgument,
                 "a channel table has " + std::to_string(table.strength.size()) + " strengths and " +
@@ -74,15 +74,15 @@ void EditPass::bind(const gl::Program& program, const PieceTextures& pieces,
   if (isWide(table)) {  // first: making a texture binds it to unit 0
     std::vector<float> rows(8 * count, -1.0f);
     for (std::size_t k = 0; k < count; ++k) {
-      const auto entry = entryOf(table, k, pieces.unit);
+      const auto entry = entryOf(table, k, segments.unit);
       std::copy(entry.begin(), entry.end(), rows.begin() + std::ptrdiff_t(4 * k));
       if (layerOf && k < layerOf->size()) rows[4 * (count + k)] = float((*layerOf)[k]);
     }
     table_ = gpu::texture2D(GL_RGBA32F, {int(count), 2}, GL_RGBA, GL_FLOAT, rows.data());
   }
   program.use();
-  gpu::bindSampler(program, "firstEntry", 0, pieces.first);
-  gpu::bindSampler(program, "entries", 1, pieces.entries);
+  gpu::bindSampler(program, "firstEntry", 0, segments.first);
+  gpu::bindSampler(program, "entries", 1, segments.entries);
   gl.Uniform1i(program.uniform("listWidthLog2"), gpu::kListWidthLog2);
   if (isWide(table)) {
     gpu::bindSampler(program, "table", 4, *table_);
@@ -90,14 +90,14 @@ void EditPass::bind(const gl::Program& program, const PieceTextures& pieces,
   }
   std::array<float, 4 * kMaxChannels> values{};
   for (std::size_t k = 0; k < count; ++k) {
-    const auto entry = entryOf(table, k, pieces.unit);
+    const auto entry = entryOf(table, k, segments.unit);
     std::copy(entry.begin(), entry.end(), values.begin() + std::ptrdiff_t(4 * k));
   }
   gl.Uniform4fv(program.uniform("channels"), kMaxChannels, values.data());
   if (layerOf) setLayers(program, layerOf);
 }
 
-void EditPass::draw(const PieceTextures& pieces, const ChannelTable& table,
+void EditPass::draw(const SegmentTextures& segments, const ChannelTable& table,
                     const EditExtras& extras, const gl::Texture& target, int layer) {
   std::vector<std::pair<std::string, std::string>> defines;
   std::string name = "edit";
@@ -111,51 +111,51 @@ void EditPass::draw(const PieceTextures& pieces, const ChannelTable& table,
   if (isWide(table)) define("WIDE");
   const gl::Program& program = variant(name, defines);
   const gpu::Attachment attachment{&target, layer};
-  gpu::bindTarget(framebuffer_, {&attachment, 1}, pieces.size);
+  gpu::bindTarget(framebuffer_, {&attachment, 1}, segments.size);
   const bool layered = extras.light || extras.oneLayer >= 0;
-  bind(program, pieces, table, layered ? extras.layerOf : nullptr);
+  bind(program, segments, table, layered ? extras.layerOf : nullptr);
   if (extras.light) gpu::bindSampler(program, "light", 2, *extras.light);
   if (extras.enhancement) gpu::bindSampler(program, "enhancement", 3, *extras.enhancement);
   gl::functions().Uniform1i(program.uniform("oneLayer"), extras.oneLayer);
   gpu::drawFullscreen(empty_);
 }
 
-Picture EditPass::render(const PieceTextures& pieces, const ChannelTable& table,
+Picture EditPass::render(const SegmentTextures& segments, const ChannelTable& table,
                          const EditExtras& extras) {
-  if (!target_ || targetSize_ != pieces.size) {
-    target_ = gpu::texture2D(GL_RGBA32F, pieces.size, GL_RGBA, GL_FLOAT, nullptr);
-    targetSize_ = pieces.size;
+  if (!target_ || targetSize_ != segments.size) {
+    target_ = gpu::texture2D(GL_RGBA32F, segments.size, GL_RGBA, GL_FLOAT, nullptr);
+    targetSize_ = segments.size;
   }
-  draw(pieces, table, extras, *target_);
-  return {pieces.size, gpu::readFloats(pieces.size)};
+  draw(segments, table, extras, *target_);
+  return {segments.size, gpu::readFloats(segments.size)};
 }
 
-std::vector<float> EditPass::doubt(const PieceTextures& pieces, const ChannelTable& table) {
-  const gl::Texture target = gpu::texture2D(GL_RGBA32F, pieces.size, GL_RGBA, GL_FLOAT, nullptr);
+std::vector<float> EditPass::doubt(const SegmentTextures& segments, const ChannelTable& table) {
+  const gl::Texture target = gpu::texture2D(GL_RGBA32F, segments.size, GL_RGBA, GL_FLOAT, nullptr);
   const gpu::Attachment attachment{&target};
   std::vector<std::pair<std::string, std::string>> defines{{"TRUST", "1"}};
   if (isWide(table)) defines.emplace_back("WIDE", "1");
   const gl::Program& program = variant(isWide(table) ? "trustWIDE" : "trust", defines);
-  gpu::bindTarget(framebuffer_, {&attachment, 1}, pieces.size);
-  bind(program, pieces, table);
+  gpu::bindTarget(framebuffer_, {&attachment, 1}, segments.size);
+  bind(program, segments, table);
   gpu::drawFullscreen(empty_);
-  const std::vector<float> values = gpu::readFloats(pieces.size);
-  std::vector<float> doubt(pieces.size.pixels());
+  const std::vector<float> values = gpu::readFloats(segments.size);
+  std::vector<float> doubt(segments.size.pixels());
   for (std::size_t i = 0; i < doubt.size(); ++i) doubt[i] = values[4 * i];
   return doubt;
 }
 
-gl::Texture EditPass::attenuation(const PieceTextures& pieces, const ChannelTable& table) {
+gl::Texture EditPass::attenuation(const SegmentTextures& segments, const ChannelTable& table) {
   const gl::Functions& gl = gl::functions();
   const int groups = int(table.strength.size() + 3) / 4;
-  gl::Texture attenuation = gpu::textureArray(GL_RGBA32F, pieces.size, groups);
+  gl::Texture attenuation = gpu::textureArray(GL_RGBA32F, segments.size, groups);
   std::vector<std::pair<std::string, std::string>> defines{{"ATTENUATION", "1"}};
   if (isWide(table)) defines.emplace_back("WIDE", "1");
   const gl::Program& gather = variant(isWide(table) ? "attenuationWIDE" : "attenuation", defines);
   for (int group = 0; group < groups; ++group) {
     const gpu::Attachment attachment{&attenuation, group};
-    gpu::bindTarget(framebuffer_, {&attachment, 1}, pieces.size);
-    bind(gather, pieces, table);
+    gpu::bindTarget(framebuffer_, {&attachment, 1}, segments.size);
+    bind(gather, segments, table);
     gl.Uniform1i(gather.uniform("group"), group);
     gpu::drawFullscreen(empty_);
   }
@@ -174,10 +174,10 @@ std::vector<std::vector<float>> EditPass::readAttenuation(const gl::Texture& att
   return groups;
 }
 
-gl::Texture EditPass::enhancement(const PieceTextures& pieces, const ChannelTable& table,
+gl::Texture EditPass::enhancement(const SegmentTextures& segments, const ChannelTable& table,
                                   double lambda, double gamma) {
-  return enhancement(attenuation(pieces, table), pieces.size, int(table.strength.size()), lambda,
-                     gamma);
+  return enhancement(attenuation(segments, table), segments.size, int(table.strength.size()),
+                     lambda, gamma);
 }
 
 gl::Texture EditPass::enhancement(const gl::Texture& attenuation, ImageSize size, int channels,

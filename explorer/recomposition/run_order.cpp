@@ -18,7 +18,7 @@ constexpr int kSlabs = 6;       ///< a chord of open order; more add less than 0
 constexpr int kIterations = 3;  ///< of the entropy fit; more add less than 0.1 dB
 constexpr int kMostStretches = 2 * kMostChannels + 1;
 constexpr int kMostSlabs = kMostStretches + kSlabs;
-constexpr float kLeastShare = 0.03f;  ///< of a channel's length, for a piece of its own
+constexpr float kLeastShare = 0.03f;  ///< of a channel's length, for a segment of its own
 
 /// Channels side by side, eight at a time.
 constexpr int kLanes = 8;
@@ -129,21 +129,21 @@ class RayModel {
     keepLengths();
   }
 
-  void emit(std::vector<Piece>& pieces) const {
-    const std::size_t emitted = pieces.size();
+  void emit(std::vector<Segment>& segments) const {
+    const std::size_t emitted = segments.size();
     for (int s = 0; s < slabs_; ++s) {
       const Slab& slab = slab_[s];
       if (!slab.open()) {
-        emitClosed(slab, emitted, pieces);
+        emitClosed(slab, emitted, segments);
         continue;
       }
-      const std::size_t begin = pieces.size();
+      const std::size_t begin = segments.size();
       for (int i = slab.low; i <= slab.high; ++i) {
         const float amount = at(slab.weights, i) * float(chord_);
         if (!(amount > 0.0f) || ray_[i].channel == partition_.noData()) continue;
-        pieces.push_back({ray_[i].channel, amount, true, true});
+        segments.push_back({ray_[i].channel, amount, true, true});
       }
-      if (pieces.size() > begin) pieces.back().mixed = false;
+      if (segments.size() > begin) segments.back().mixed = false;
     }
   }
 
@@ -361,7 +361,7 @@ class RayModel {
   }
 
   /// Lengths are known exactly and shall stay so: scale them, and gather what is too little for a
-  /// piece of its own into the channel's next slab.
+  /// segment of its own into the channel's next slab.
   void keepLengths() {
     Row carried{};
     std::array<Ints, kWidth> latest;
@@ -408,15 +408,16 @@ class RayModel {
     at(slab.weights, i) = at(slab.weights, i) + amount;
   }
 
-  void emitClosed(const Slab& slab, std::size_t emitted, std::vector<Piece>& pieces) const {
+  void emitClosed(const Slab& slab, std::size_t emitted, std::vector<Segment>& segments) const {
     const int channel = ray_[slab.low].channel;
     const float amount = slab.thickness() * at(scale_, slab.low) * float(chord_);
     if (!(amount > 0.0f) || channel == partition_.noData()) return;
-    // Where the ray is in this channel already, and in no other, the piece goes on.
-    if (pieces.size() > emitted && pieces.back().channel == channel && !pieces.back().ambiguous)
-      pieces.back().amount += amount;
+    // Where the ray is in this channel already, and in no other, the segment goes on.
+    if (segments.size() > emitted && segments.back().channel == channel &&
+        !segments.back().ambiguous)
+      segments.back().amount += amount;
     else
-      pieces.push_back({channel, amount, false, false});
+      segments.push_back({channel, amount, false, false});
   }
 
   static constexpr Ints kIndex{0, 1, 2, 3, 4, 5, 6, 7};
@@ -434,23 +435,23 @@ class RayModel {
 
 template <int kWidth>
 inline void orderWith(std::span<RayInterval> ray, const RayEnds& ends,
-                      const IntervalPartition& partition, std::vector<Piece>& pieces) {
+                      const IntervalPartition& partition, std::vector<Segment>& segments) {
   RayModel<kWidth> model(ray, ends, partition);
   if (!model.measure()) return;
   model.cut();
   model.fit();
-  model.emit(pieces);
+  model.emit(segments);
 }
 
 inline void orderOpenRay(std::span<RayInterval> ray, const RayEnds& ends,
-                         const IntervalPartition& partition, std::vector<Piece>& pieces) {
+                         const IntervalPartition& partition, std::vector<Segment>& segments) {
   constexpr std::size_t kMost = (kMostChannels + kLanes - 1) / kLanes;
   if (ray.size() <= kLanes)
-    orderWith<1>(ray, ends, partition, pieces);
+    orderWith<1>(ray, ends, partition, segments);
   else if (ray.size() <= 2 * kLanes)
-    orderWith<2>(ray, ends, partition, pieces);
+    orderWith<2>(ray, ends, partition, segments);
   else
-    orderWith<kMost>(ray, ends, partition, pieces);
+    orderWith<kMost>(ray, ends, partition, segments);
 }
 
 // Wider registers halve the time; results are the same, as nothing is fused or reordered.
@@ -458,8 +459,8 @@ inline void orderOpenRay(std::span<RayInterval> ray, const RayEnds& ends,
 __attribute__((target("avx2"), flatten)) void orderOpenRayWide(std::span<RayInterval> ray,
                                                                const RayEnds& ends,
                                                                const IntervalPartition& partition,
-                                                               std::vector<Piece>& pieces) {
-  orderOpenRay(ray, ends, partition, pieces);
+                                                               std::vector<Segment>& segments) {
+  orderOpenRay(ray, ends, partition, segments);
 }
 const bool kWideRegisters = __builtin_cpu_supports("avx2");
 #else
@@ -469,7 +470,7 @@ constexpr auto orderOpenRayWide = orderOpenRay;
 
 }  // namespace
 
-void orderByMeanDepth(std::span<RayInterval> ray, std::vector<Piece>& pieces) {
+void orderByMeanDepth(std::span<RayInterval> ray, std::vector<Segment>& segments) {
   // Insertion sort: the lists are short, and neighbours in value are often neighbours in depth.
   for (std::size_t i = 1; i < ray.size(); ++i) {
     const RayInterval moving = ray[i];
@@ -478,23 +479,23 @@ void orderByMeanDepth(std::span<RayInterval> ray, std::vector<Piece>& pieces) {
     ray[j] = moving;
   }
   for (const RayInterval& interval : ray) {
-    pieces.push_back({interval.channel, interval.length, interval.runs > 1});
+    segments.push_back({interval.channel, interval.length, interval.runs > 1});
   }
 }
 
 void orderByRuns(std::span<RayInterval> ray, const RayEnds& ends,
-                 const IntervalPartition& partition, std::vector<Piece>& pieces) {
+                 const IntervalPartition& partition, std::vector<Segment>& segments) {
   if (std::all_of(ray.begin(), ray.end(), [](const RayInterval& i) { return i.runs <= 1; })) {
     const auto valued = std::partition(ray.begin(), ray.end(), [&](const RayInterval& i) {
       return i.channel != partition.noData();
     });
-    orderByMeanDepth({ray.begin(), valued}, pieces);
+    orderByMeanDepth({ray.begin(), valued}, segments);
     return;
   }
   if (kWideRegisters)
-    orderOpenRayWide(ray, ends, partition, pieces);
+    orderOpenRayWide(ray, ends, partition, segments);
   else
-    orderOpenRay(ray, ends, partition, pieces);
+    orderOpenRay(ray, ends, partition, segments);
 }
 
 }  // namespace vestige

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "explorer/recomposition/pieces.h"
+#include "explorer/recomposition/segments.h"
 
 namespace vestige {
 
@@ -24,8 +24,8 @@ struct RayEnds {
   float depthPerLength = 1.0f;
 };
 
-/// One piece a channel, by increasing mean depth. Exact where every channel has one run.
-void orderByMeanDepth(std::span<RayInterval> ray, std::vector<Piece>& pieces);
+/// One segment a channel, by increasing mean depth. Exact where every channel has one run.
+void orderByMeanDepth(std::span<RayInterval> ray, std::vector<Segment>& segments);
 
 /// The likely order where channels have several runs. `ray` holds every channel that is there, no
 /// data included, so that the lengths fill the chord. Three steps (method §4, "The order along
@@ -36,9 +36,9 @@ void orderByMeanDepth(std::span<RayInterval> ray, std::vector<Piece>& pieces);
 ///  2. Within these bounds each channel gets the distribution over depth of largest entropy that
 ///     keeps every length and mean depth and fills the chord.
 ///  3. Open stretches are cut into slabs; the shares in a slab are one mixture.
-/// Lengths are kept exactly. Pieces in stretches that step 1 left open are ambiguous. Not a
+/// Lengths are kept exactly. Segments in stretches that step 1 left open are ambiguous. Not a
 /// function of any look. Reorders `ray`.
 void orderByRuns(std::span<RayInterval> ray, const RayEnds& ends,
-                 const IntervalPartition& partition, std::vector<Piece>& pieces);
+                 const IntervalPartition& partition, std::vector<Segment>& segments);
 
 }  // namespace vestige

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "explorer/stacks/stack_pieces.h"
+#include "explorer/stacks/stack_segments.h"
 #include "fullscreen_vert.embed.h"
 #include "learned_frag.embed.h"
 #include "proxy/base/error.h"
@@ -39,12 +39,12 @@ gl::Texture attenuationFrom(EditPass& edit, ViewData& view, std::string_view fro
   }
   const IntervalPartition& partition = *view.partition();
   if (from == kind::kSliced) {
-    return edit.attenuation(view.stackPieces(1, Uncertain::Likely),
+    return edit.attenuation(view.stackSegments(1, Uncertain::Likely),
                             FineChannels(partition, 1).table(function));
   }
   const IntervalLook look = function.onIntervals(partition);
   if (from == kind::kLength) {
-    return edit.attenuation(view.pieces(Via::Length, Order::Auto), tableForLength(look));
+    return edit.attenuation(view.segments(Via::Length, Order::Auto), tableForLength(look));
   }
   if (view.isCustomized(from)) {
     throw Error(ErrorCode::NotFound,
@@ -55,7 +55,7 @@ gl::Texture attenuationFrom(EditPass& edit, ViewData& view, std::string_view fro
     throw Error(ErrorCode::Format,
                 "the attenuation proxy does not say under which transfer function it was made");
   }
-  return edit.attenuation(view.pieces(Via::Attenuation, Order::Auto),
+  return edit.attenuation(view.segments(Via::Attenuation, Order::Auto),
                           tableForAttenuation(look, view.header().base->onIntervals(partition)));
 }
 

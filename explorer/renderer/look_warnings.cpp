@@ -21,17 +21,17 @@ bool isAny(Answer answer, std::initializer_list<Answer> these) {
 const char* reasonOf(const Look& look, Answer answer) {
   switch (answer) {
     case Answer::Reference:
-      return "the run's own picture answers, whose opacity, colour and light cannot be changed";
+      return "the run's own picture is used, whose opacity, colour and light cannot be changed";
     case Answer::Layered:
-      return "piecewise-analytic layers answer, whose opacity, colour and light are the run's";
+      return "piecewise-analytic layers are used, whose opacity, colour and light are the run's";
     case Answer::Mip:
-      return "the stored maximum along each ray answers";
+      return "the stored maximum along each ray is used";
     case Answer::Learned:
       return "colours are learned from the run's pictures";
     case Answer::PlainLayers:
       return "depth layers answer without lengths or attenuation, each with one opacity";
     case Answer::Attenuation:
-      return "attenuation answers, in one order of nested intervals";
+      return "attenuation is used, in one order of nested intervals";
     case Answer::Layers:
       return "depth layers answer";
     case Answer::Virtual:

@@ -12,7 +12,7 @@
 #include "explorer/picture/look_units.h"
 #include "explorer/renderer/look_warnings.h"
 #include "explorer/renderer/renderer_impl.h"
-#include "explorer/stacks/stack_pieces.h"
+#include "explorer/stacks/stack_segments.h"
 #include "explorer/volume/surface_palette.h"
 #include "proxy/base/error.h"
 #include "proxy/base/nearest_word.h"
@@ -183,8 +183,8 @@ Renderer::Renderer(std::shared_ptr<gl::Device> device, std::shared_ptr<const Arc
   impl_->device->run([&] {
     impl_->views = std::make_unique<ViewCache>(*impl_->archive);
     impl_->edit = std::make_unique<EditPass>();
-    impl_->layer = std::make_unique<LayerPass>();
-    impl_->layered = std::make_unique<LayeredPass>();
+    impl_->layer = std::make_unique<DepthLayerPass>();
+    impl_->layered = std::make_unique<AnalyticLayerPass>();
     impl_->virtualRays = std::make_unique<VirtualPass>();
     impl_->learned = std::make_unique<LearnedPass>();
   });
@@ -253,8 +253,8 @@ void Renderer::Impl::answer(const Look& look, long cycle, const std::string& fie
         "it is exact: the look changes nothing of the run's opacity, colour and light");
   } else if (grid) {
     drawStackGrid(look, *grid, function, viewSize, out);
-  } else if (answers == Stacks::Pieces) {
-    drawStackPieces(look, view, function, out);
+  } else if (answers == Stacks::Segments) {
+    drawStackSegments(look, view, function, out);
   } else if (fromField) {
     drawField(look, view, viewSize, out);
   } else {
@@ -320,7 +320,7 @@ void warnOfTime(const Look& look, const Archive& archive, long cycle, Rendered& 
   if (*look.time >= first && *look.time <= last) return;
   out.warnings.push_back({"time", "no step is stored at time " + numberText(*look.time) +
                                       ", only " + numberText(first) + " .. " + numberText(last) +
-                                      ": cycle " + std::to_string(cycle) + " answers"});
+                                      ": cycle " + std::to_string(cycle) + " is used"});
 }
 
 /// The part of a stored picture that the camera shows, in square pixels of the look's size.
@@ -508,7 +508,7 @@ std::optional<Renderer::OwnLook> Renderer::ownLook(const Look& look) {
     }
     const FineChannels channels(*header.partition);
     own.stored = referencePicture(reference);
-    own.made = self.edit->render(view.stackPieces(channels.parts(), Uncertain::Likely),
+    own.made = self.edit->render(view.stackSegments(channels.parts(), Uncertain::Likely),
                                  channels.table(*header.base));
     both = true;
   });

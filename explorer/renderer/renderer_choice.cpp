@@ -77,7 +77,7 @@ Look Renderer::Impl::withoutTurn(const Look& look, long cycle, const std::string
     still.view = view;
     still.size = size;
     target = camera;
-    out.notes.push_back("view '" + view + "' answers: it looks within " +
+    out.notes.push_back("uses view \'" + view + "\': it looks within " +
                         degreesBetween(forward, target.forward) +
                         " degrees of the direction asked for, which moves nothing by half a pixel");
     return still;
@@ -150,7 +150,7 @@ std::shared_ptr<ViewData> Renderer::Impl::sourceFor(const Look& look, long cycle
     best = &view;
   }
   if (!best) return base;
-  out.notes.push_back("view '" + best->name + "' answers: it looks within " +
+  out.notes.push_back("uses view \'" + best->name + "\': it looks within " +
                       degreesBetween(best->camera.forward, target.forward) +
                       " degrees of the direction asked for");
   return best->name == base->header().view ? base : views->get(cycle, best->name, field);
@@ -180,16 +180,16 @@ Via Renderer::Impl::viaOf(const Look& look, ViewData& view, Rendered& out) const
   }
   if (look.via == Via::Attenuation || (look.via == Via::Auto && !length && attenuation)) {
     out.notes.push_back(
-        "attenuation answers: " +
+        "uses attenuation: " +
         std::string(length ? "the look asks for it" : "no opacity lengths are stored") +
         "; one global order of nested intervals is assumed, and what was transparent in situ stays "
         "so");
     return Via::Attenuation;
   }
-  out.notes.push_back(
-      std::string("length answers: any opacity is exact for each interval; order ") +
-      (resolvedOrder(look.order, view.header().size) == Order::Mean ? "by mean depth"
-                                                                    : "along reconstructed runs"));
+  out.notes.push_back(std::string("uses length: any opacity is exact for each interval; order ") +
+                      (resolvedOrder(look.order, view.header().size) == Order::Mean
+                           ? "by mean depth"
+                           : "along reconstructed runs"));
   return Via::Length;
 }
 
@@ -303,7 +303,7 @@ Renderer::Impl::Stacks Renderer::Impl::stacksAnswer(const Look& look, long cycle
     // Who asks for a way of recomposing lengths shall have it.
     const bool otherwise = look.via != Via::Auto || look.order != Order::Auto;
     if (!wanted && flat && otherwise) return Stacks::None;
-    if (!lit || base.has(kind::kDepth)) return Stacks::Pieces;
+    if (!lit || base.has(kind::kDepth)) return Stacks::Segments;
   } else if (stored && !wanted) {
     // A view of pictures only cannot be edited; stacks can.
     if (flat || base.has(kind::kDepth) || !isEdited(look, base)) return Stacks::None;

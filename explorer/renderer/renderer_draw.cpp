@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "explorer/renderer/renderer_impl.h"
-#include "explorer/stacks/stack_pieces.h"
+#include "explorer/stacks/stack_segments.h"
 #include "proxy/base/error.h"
 
 namespace vestige {
@@ -79,7 +79,7 @@ std::optional<gl::Texture> Renderer::Impl::lightOf(const Look& look, ViewData& v
 void Renderer::Impl::drawVolume(const Look& look, ViewData& view, const TransferFunction& function,
                                 Via via, Rendered& out) {
   out.answer = via == Via::Length ? Answer::Lengths : Answer::Attenuation;
-  const PieceTextures& pieces = view.pieces(via, look.order);
+  const SegmentTextures& segments = view.segments(via, look.order);
   const ChannelTable table = tableOf(via, view, function);
   EditExtras extras;
   std::optional<gl::Texture> enhancement;
@@ -92,11 +92,11 @@ void Renderer::Impl::drawVolume(const Look& look, ViewData& view, const Transfer
                             : "no depth layers are stored: normals are derived from mean depths");
   }
   if (look.enhance.on) {
-    enhancement = edit->enhancement(pieces, table, look.enhance.lambda, look.enhance.gamma);
+    enhancement = edit->enhancement(segments, table, look.enhance.lambda, look.enhance.gamma);
     extras.enhancement = &*enhancement;
   }
-  out.picture = edit->render(pieces, table, extras);
-  if (look.trust) out.trust = trustFromDoubt(edit->doubt(pieces, table));
+  out.picture = edit->render(segments, table, extras);
+  if (look.trust) out.trust = trustFromDoubt(edit->doubt(segments, table));
 }
 
 void Renderer::Impl::drawLearned(const Look& look, ViewData& view, const TransferFunction& function,
@@ -128,7 +128,7 @@ void Renderer::Impl::drawLearned(const Look& look, ViewData& view, const Transfe
   out.picture =
       learned->render(attenuation, source.size, table, enhancement ? &*enhancement : nullptr);
   out.answer = Answer::Learned;
-  out.notes.push_back("learned answers: " + learnedNote(header));
+  out.notes.push_back("uses learned: " + learnedNote(header));
   // A model's word is not what is stored.
   if (look.trust) {
     out.trust = trustFromStretch(std::vector<float>(source.size.pixels(), 1.0f), out.picture);
@@ -144,17 +144,17 @@ void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const Transfer
   if (view.recomposes()) {
     const Via via = viaOf(look, view, out);
     const ChannelTable table = tableOf(via, view, function);
-    const PieceTextures& pieces = view.pieces(via, look.order);
+    const SegmentTextures& segments = view.segments(via, look.order);
     std::optional<gl::Texture> enhancement;
     if (look.enhance.on) {
-      enhancement = edit->enhancement(pieces, table, look.enhance.lambda, look.enhance.gamma);
+      enhancement = edit->enhancement(segments, table, look.enhance.lambda, look.enhance.gamma);
     }
     for (int m = 0; m < layers.count; ++m) {
       EditExtras extras;
       extras.layerOf = &view.layerOf();
       extras.oneLayer = m;
       if (enhancement) extras.enhancement = &*enhancement;
-      edit->draw(pieces, table, extras, colors, m);
+      edit->draw(segments, table, extras, colors, m);
     }
     out.notes.push_back("depth layers are warped; each carries the opacity of its intervals");
   } else {
@@ -190,16 +190,17 @@ void Renderer::Impl::drawLayers(const Look& look, ViewData& view, const Transfer
 }
 
 void Renderer::Impl::drawLayered(const Look& look, ViewData& view, Rendered& out) {
-  const LayeredTextures& layers = view.layered();
+  const AnalyticLayerTextures& layers = view.layered();
   const ImageSize size = look.size.value_or(layers.size);
   const ProxyHeader& header = view.header();
   const bool stored = out.camera == header.camera;
   const std::shared_ptr<const CustomTextures> customizing = customOf(look, header, out);
-  LayeredView drawn = layered->render(layers, castCamera(layers.size, size, out), size, look.trust,
-                                      customizing.get(), Stretch(look.scale, header.domain));
+  AnalyticLayerView drawn =
+      layered->render(layers, castCamera(layers.size, size, out), size, look.trust,
+                      customizing.get(), Stretch(look.scale, header.domain));
   out.picture = std::move(drawn.picture);
   out.answer = Answer::Layered;
-  out.notes.push_back("layered answers: " + std::to_string(layers.layers) +
+  out.notes.push_back("uses layered: " + std::to_string(layers.layers) +
                       " piecewise-analytic layers; opacity, colour and light (" + layers.shading +
                       ") are baked in");
   noteCustomized(view, kind::kLayered, out);
@@ -237,7 +238,7 @@ void Renderer::Impl::drawVirtual(const Look& look, ViewData& view, const Transfe
   if (look.trust) out.trust = trustFromStretch(drawn.guess, out.picture);
   out.answer = Answer::Virtual;
   out.notes.push_back(
-      "virtual answers: rays are cast through the multi-perspective view '" + view.header().view +
+      "uses virtual: rays are cast through the multi-perspective view '" + view.header().view +
       "'; each interval is added, once a ray, where it starts in the pixel that saw it");
 }
 
@@ -267,14 +268,14 @@ std::shared_ptr<StackSource> Renderer::Impl::stacksOf(long cycle, const std::str
   return stacks;
 }
 
-void Renderer::Impl::drawStackPieces(const Look& look, ViewData& view,
-                                     const TransferFunction& function, Rendered& out) {
+void Renderer::Impl::drawStackSegments(const Look& look, ViewData& view,
+                                       const TransferFunction& function, Rendered& out) {
   const SlicedStack& stack = view.stack();
   const FineChannels channels(*stack.header.partition);
-  const PieceTextures& pieces = view.stackPieces(channels.parts(), Uncertain::Likely);
+  const SegmentTextures& segments = view.stackSegments(channels.parts(), Uncertain::Likely);
   const ChannelTable table = channels.table(function);
   out.answer = Answer::Stack;
-  out.notes.push_back("sliced answers: " + errorOfStack(stack.header, stack.levels));
+  out.notes.push_back("uses sliced: " + errorOfStack(stack.header, stack.levels));
   EditExtras extras;
   std::vector<int> layerOf;
   const std::optional<gl::Texture> light = lightOf(look, view, out);
@@ -290,15 +291,15 @@ void Renderer::Impl::drawStackPieces(const Look& look, ViewData& view,
   std::optional<gl::Texture> enhancement;
   if (look.enhance.on) {
     const FineChannels whole(*stack.header.partition, 1);
-    enhancement = edit->enhancement(view.stackPieces(1, Uncertain::Likely), whole.table(function),
+    enhancement = edit->enhancement(view.stackSegments(1, Uncertain::Likely), whole.table(function),
                                     look.enhance.lambda, look.enhance.gamma);
     extras.enhancement = &*enhancement;
   }
-  out.picture = edit->render(pieces, table, extras);
+  out.picture = edit->render(segments, table, extras);
   if (!look.trust) return;
   // What hangs on an order that is not stored changes when it is turned round.
   const Picture other =
-      edit->render(view.stackPieces(channels.parts(), Uncertain::Reversed), table, extras);
+      edit->render(view.stackSegments(channels.parts(), Uncertain::Reversed), table, extras);
   std::vector<float> doubt(out.picture.size.pixels(), 0.0f);
   for (std::size_t i = 0; i < doubt.size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
@@ -383,7 +384,7 @@ void Renderer::Impl::draw(const Look& look, ViewData& view, const TransferFuncti
     case Source::Mip:
       out.picture = mipPicture(view.image(kind::kMip), function);
       out.answer = Answer::Mip;
-      out.notes.push_back("mip answers: the largest value along each ray, opacity plays no part");
+      out.notes.push_back("uses mip: the largest value along each ray, opacity plays no part");
       noteCustomized(view, kind::kMip, out);
       return;
     default:
@@ -397,8 +398,7 @@ void Renderer::Impl::drawReference(const ViewData& view, Rendered& out) {
   out.answer = Answer::Reference;
   out.picture = referencePicture(image);
   out.camera.pixelAspect = image.header.camera.pixelAspect;
-  out.notes.push_back(
-      "reference answers: the run's own rendering; opacity and colour are baked in");
+  out.notes.push_back("uses reference: the run's own rendering; opacity and colour are baked in");
   noteCustomized(view, kind::kReference, out);
 }
 

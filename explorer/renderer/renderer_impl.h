@@ -25,8 +25,8 @@ struct Renderer::Impl {
   std::shared_ptr<const Archive> archive;
   std::unique_ptr<ViewCache> views;
   std::unique_ptr<EditPass> edit;
-  std::unique_ptr<LayerPass> layer;
-  std::unique_ptr<LayeredPass> layered;
+  std::unique_ptr<DepthLayerPass> layer;
+  std::unique_ptr<AnalyticLayerPass> layered;
   std::unique_ptr<VirtualPass> virtualRays;
   std::unique_ptr<LearnedPass> learned;
   // What was asked for last. Who draws with it holds it, whatever is asked for meanwhile.
@@ -78,7 +78,7 @@ struct Renderer::Impl {
   void drawField(const Look& look, ViewData& stored, ImageSize viewSize, Rendered& out);
   /// What stacks of the step have to do with a look: nothing, the one of the view is recomposed, or
   /// they are drawn as a grid.
-  enum class Stacks { None, Pieces, Grid };
+  enum class Stacks { None, Segments, Grid };
   Stacks stacksAnswer(const Look& look, long cycle, const std::string& field, const ViewData& base,
                       const Camera& target, Rendered& out) const;
   /// A proxy that may answer, by its name in archives, and what it states.
@@ -108,8 +108,8 @@ struct Renderer::Impl {
                       Rendered& out);
   std::shared_ptr<ClassifiedSource> classifiedOf(long cycle,
                                                  const std::vector<std::string>& fields);
-  void drawStackPieces(const Look& look, ViewData& view, const TransferFunction& function,
-                       Rendered& out);
+  void drawStackSegments(const Look& look, ViewData& view, const TransferFunction& function,
+                         Rendered& out);
   void drawStackGrid(const Look& look, StackSource& source, const TransferFunction& function,
                      ImageSize viewSize, Rendered& out);
   /// Of a look that customises, over the domain of layers; notes what is baked into them.

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "explorer/stacks/stack_pieces.h"
+#include "explorer/stacks/stack_segments.h"
 #include "proxy/base/error.h"
 
 namespace vestige {
@@ -70,14 +70,14 @@ const SlicedStack& ViewData::stack() {
   return *stack_;
 }
 
-const PieceTextures& ViewData::stackPieces(int parts, Uncertain way) {
-  auto& textures = stackPieces_[{parts, way}];
+const SegmentTextures& ViewData::stackSegments(int parts, Uncertain way) {
+  auto& textures = stackSegments_[{parts, way}];
   if (textures) return *textures;
   const ProxyHeader& header = stack().header;
   const double diagonal = header.domain.diagonal();
-  textures = std::make_unique<PieceTextures>(
-      piecesOfRuns(runsOfStack(stack(), way), FineChannels(*header.partition, parts),
-                   header.statistics, diagonal > 0.0 ? diagonal : 1.0));
+  textures = std::make_unique<SegmentTextures>(
+      segmentsOfRuns(runsOfStack(stack(), way), FineChannels(*header.partition, parts),
+                     header.statistics, diagonal > 0.0 ? diagonal : 1.0));
   return *textures;
 }
 
@@ -88,10 +88,10 @@ FieldSource& ViewData::field() {
 
 const IntervalPartition* ViewData::partition() const { return partition_ ? &*partition_ : nullptr; }
 
-const LayeredTextures& ViewData::layered() {
+const AnalyticLayerTextures& ViewData::layered() {
   if (!layered_) {
     const ProxyImage stored = image(kind::kLayered);
-    layered_ = std::make_unique<LayeredTextures>(stored.header, layeredPlanes(stored));
+    layered_ = std::make_unique<AnalyticLayerTextures>(stored.header, layeredPlanes(stored));
   }
   return *layered_;
 }
@@ -106,18 +106,18 @@ const LengthPlanes& ViewData::lengths() {
   return *lengths_;
 }
 
-const PieceTextures& ViewData::pieces(Via via, Order order) {
+const SegmentTextures& ViewData::segments(Via via, Order order) {
   // Attenuation has one global order, whatever is asked for.
   const std::pair key{via,
                       via == Via::Attenuation ? Order::Mean : resolvedOrder(order, header_.size)};
-  auto& textures = pieces_[key];
+  auto& textures = segments_[key];
   if (textures) return *textures;
   if (via == Via::Attenuation) {
     const AttenuationPlanes planes = attenuationPlanes(image(kind::kAttenuation));
     const std::vector<int> nested = nestedOrder(planes.partition());
-    textures = std::make_unique<PieceTextures>(piecesFromAttenuation(planes, nested));
+    textures = std::make_unique<SegmentTextures>(segmentsFromAttenuation(planes, nested));
   } else {
-    textures = std::make_unique<PieceTextures>(piecesFromLength(lengths(), order));
+    textures = std::make_unique<SegmentTextures>(segmentsFromLength(lengths(), order));
   }
   return *textures;
 }

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "explorer/layers/layer_pass.h"
-#include "explorer/layers/layered_pass.h"
+#include "explorer/layers/analytic_layer_pass.h"
+#include "explorer/layers/depth_layer_pass.h"
 #include "explorer/layers/layers.h"
 #include "explorer/layers/virtual_pass.h"
 #include "explorer/picture/look.h"
@@ -36,21 +36,21 @@ class ViewData {
   /// The header of any proxy of the view.
   const ProxyHeader& header() const { return header_; }
 
-  const PieceTextures& pieces(Via via, Order order);
+  const SegmentTextures& segments(Via via, Order order);
   /// The layers, and which layer stands for each channel (all -1 without a partition).
   const LayerTextures& layers();
   const std::vector<int>& layerOf();
   /// The isovalues of the layers; empty when they come from lengths.
   const std::vector<double>& isovalues();
   const IntervalPartition* partition() const;
-  const LayeredTextures& layered();
+  const AnalyticLayerTextures& layered();
   /// The lengths of a multi-perspective view as virtual rays meet them.
   const SheetTextures& sheets();
   ProxyImage image(std::string_view proxy) const;
   FieldSource& field();
-  /// The stack of the view, and its pieces in channels of `parts` an interval.
+  /// The stack of the view, and its segments in channels of `parts` an interval.
   const SlicedStack& stack();
-  const PieceTextures& stackPieces(int parts, Uncertain way);
+  const SegmentTextures& stackSegments(int parts, Uncertain way);
 
  private:
   const ArchiveRow& row(std::string_view proxy) const;
@@ -63,13 +63,13 @@ class ViewData {
   ProxyHeader header_;
   std::optional<IntervalPartition> partition_;
   std::optional<LengthPlanes> lengths_;
-  std::map<std::pair<Via, Order>, std::unique_ptr<PieceTextures>> pieces_;
+  std::map<std::pair<Via, Order>, std::unique_ptr<SegmentTextures>> segments_;
   std::unique_ptr<LayerTextures> layers_;
-  std::unique_ptr<LayeredTextures> layered_;
+  std::unique_ptr<AnalyticLayerTextures> layered_;
   std::unique_ptr<SheetTextures> sheets_;
   std::unique_ptr<FieldSource> fieldSource_;
   std::unique_ptr<SlicedStack> stack_;
-  std::map<std::pair<int, Uncertain>, std::unique_ptr<PieceTextures>> stackPieces_;
+  std::map<std::pair<int, Uncertain>, std::unique_ptr<SegmentTextures>> stackSegments_;
   std::vector<int> layerOf_;
   std::vector<double> isovalues_;
 };

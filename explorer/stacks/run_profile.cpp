@@ -21,18 +21,18 @@ constexpr float kLastDoubt = 2.5f;
 constexpr float kPlateau = 0.6f;
 
 /// A plateau that is reached from slope d at a parabola's end takes 2 |rise| / |d|.
-void setPlateau(ProfilePiece& piece, float plateau) {
+void setPlateau(ProfileSegment& segment, float plateau) {
   const auto share = [&](float bound, float slope) {
     const float rise = std::abs(plateau - bound);
     return rise > 0.0f && slope != 0.0f ? std::min(2.0f * rise / std::abs(slope), 1.0f) : 0.0f;
   };
-  piece.plateau = plateau;
-  piece.t0 = share(piece.y0, piece.d0);
-  piece.t1 = share(piece.y1, piece.d1);
-  const float both = piece.t0 + piece.t1;
+  segment.plateau = plateau;
+  segment.t0 = share(segment.y0, segment.d0);
+  segment.t1 = share(segment.y1, segment.d1);
+  const float both = segment.t0 + segment.t1;
   if (both > 1.0f) {
-    piece.t0 /= both;
-    piece.t1 /= both;
+    segment.t0 /= both;
+    segment.t1 /= both;
   }
 }
 
@@ -93,10 +93,10 @@ RunProfile::RunProfile(const IntervalPartition& partition, const FieldStatistics
   findPeaks(partition, statistics);
 }
 
-const std::vector<ProfilePiece>& RunProfile::of(const RunLists& runs, std::size_t pixel) {
+const std::vector<ProfileSegment>& RunProfile::of(const RunLists& runs, std::size_t pixel) {
   const std::size_t begin = runs.first[pixel], end = runs.first[pixel + 1];
   const std::size_t count = end - begin;
-  pieces_.resize(count);
+  segments_.resize(count);
   slope_.assign(count + 1, 0.0f);
   const auto rank = [&](std::size_t i) { return runs.rankAt(begin + i); };
   // Which way each run goes; slopes of those that cross their interval.
@@ -137,52 +137,52 @@ const std::vector<ProfilePiece>& RunProfile::of(const RunLists& runs, std::size_
     left = right;
   }
   for (std::size_t i = 0; i < count; ++i) {
-    ProfilePiece& piece = pieces_[i];
-    piece = {rank(i), runs.length[begin + i], 0.0f, 0.0f, 0.0f, 0.0f};
-    if (piece.rank == noData_) continue;
-    const float scale = piece.length / relative_[std::size_t(piece.rank)];
+    ProfileSegment& segment = segments_[i];
+    segment = {rank(i), runs.length[begin + i], 0.0f, 0.0f, 0.0f, 0.0f};
+    if (segment.rank == noData_) continue;
+    const float scale = segment.length / relative_[std::size_t(segment.rank)];
     const float in = slope_[i] * scale, out = slope_[i + 1] * scale;
     const bool comes = i > 0 && rank(i - 1) != noData_;
     const bool goes = i + 1 < count && rank(i + 1) != noData_;
-    if (comes) piece.y0 = rank(i - 1) < piece.rank ? 0.0f : 1.0f;
-    if (goes) piece.y1 = rank(i + 1) < piece.rank ? 0.0f : 1.0f;
+    if (comes) segment.y0 = rank(i - 1) < segment.rank ? 0.0f : 1.0f;
+    if (goes) segment.y1 = rank(i + 1) < segment.rank ? 0.0f : 1.0f;
     if (comes && goes) {
-      piece.d0 = in;
-      piece.d1 = out;
-      if (piece.y0 == piece.y1) {
+      segment.d0 = in;
+      segment.d1 = out;
+      if (segment.y0 == segment.y1) {
         // Height of the cubic between equal ends, about (d0 - d1) / 8.
         const float height = 0.125f * std::abs(in - out);
         if (height > kFirstDoubt) {
           const float doubt = std::min((height - kFirstDoubt) / (kLastDoubt - kFirstDoubt), 1.0f);
           const float guess = kHighest + doubt * (kPlateau - kHighest);
-          const float likely = plateauOf(piece.rank, piece.y0, guess);
-          const float usual = piece.y0 == 0.0f ? guess : 1.0f - guess;
-          setPlateau(piece, usual + doubt * (likely - usual));
+          const float likely = plateauOf(segment.rank, segment.y0, guess);
+          const float usual = segment.y0 == 0.0f ? guess : 1.0f - guess;
+          setPlateau(segment, usual + doubt * (likely - usual));
         } else if (height > kHighest) {
-          piece.d0 *= kHighest / height;
-          piece.d1 *= kHighest / height;
+          segment.d0 *= kHighest / height;
+          segment.d1 *= kHighest / height;
         }
       }
     } else if (comes || goes) {
       // One end is open: straight on with the slope there, or to a plateau.
-      const float bound = comes ? piece.y0 : piece.y1;
+      const float bound = comes ? segment.y0 : segment.y1;
       const float reach = std::abs(comes ? in : out);
-      const float plateau = plateauOf(piece.rank, bound, kPlateau);
+      const float plateau = plateauOf(segment.rank, bound, kPlateau);
       if (reach < std::abs(plateau - bound)) {
-        (comes ? piece.y1 : piece.y0) = bound == 0.0f ? reach : 1.0f - reach;
-        piece.d0 = piece.d1 = piece.y1 - piece.y0;
+        (comes ? segment.y1 : segment.y0) = bound == 0.0f ? reach : 1.0f - reach;
+        segment.d0 = segment.d1 = segment.y1 - segment.y0;
       } else {
-        (comes ? piece.y1 : piece.y0) = plateau;
-        piece.d0 = comes ? in : 0.0f;
-        piece.d1 = goes ? out : 0.0f;
-        setPlateau(piece, plateau);
+        (comes ? segment.y1 : segment.y0) = plateau;
+        segment.d0 = comes ? in : 0.0f;
+        segment.d1 = goes ? out : 0.0f;
+        setPlateau(segment, plateau);
       }
     } else {
-      const Peak& peak = peak_[std::size_t(piece.rank)];
-      piece.y0 = piece.y1 = 0.5f + peak.weight * (peak.y - 0.5f);
+      const Peak& peak = peak_[std::size_t(segment.rank)];
+      segment.y0 = segment.y1 = 0.5f + peak.weight * (peak.y - 0.5f);
     }
   }
-  return pieces_;
+  return segments_;
 }
 
 }  // namespace vestige

@@ -13,7 +13,7 @@ namespace vestige {
 
 /// The field inside one run by the share t in [0, 1] of the run's length, as the height y in [0, 1]
 /// of its interval: a cubic; or, with a plateau, a parabola up (or down) to it, level, and another.
-struct ProfilePiece {
+struct ProfileSegment {
   int rank = 0;
   float length = 0.0f;
   float y0 = 0.0f, y1 = 0.0f;  ///< at its ends
@@ -58,9 +58,9 @@ class RunProfile {
  public:
   RunProfile(const IntervalPartition& partition, const FieldStatistics& statistics);
 
-  /// The pieces of pixel i's runs, of which each run has one; no data has y = 0. Valid until the
+  /// The segments of pixel i's runs, of which each run has one; no data has y = 0. Valid until the
   /// next call.
-  const std::vector<ProfilePiece>& of(const RunLists& runs, std::size_t pixel);
+  const std::vector<ProfileSegment>& of(const RunLists& runs, std::size_t pixel);
   /// The value at a height of a rank. Below and above the partition ranks are as wide as their
   /// neighbours.
   double value(int rank, float y) const {
@@ -81,7 +81,7 @@ class RunProfile {
   void findPeaks(const IntervalPartition& partition, const FieldStatistics& statistics);
   float plateauOf(int rank, float bound, float guess) const;
 
-  std::vector<ProfilePiece> pieces_;
+  std::vector<ProfileSegment> segments_;
   std::vector<float> slope_;  ///< [knot] in mean widths per length, signed
 };
 

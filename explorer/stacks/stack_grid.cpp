@@ -63,15 +63,15 @@ class RowSampler {
   }
 
  private:
-  float value(const ProfilePiece& piece, float t) const {
-    if (piece.rank == profile_.noData()) return kNone;
-    return float((profile_.value(piece.rank, piece.at(t)) - zero_) / unit_);
+  float value(const ProfileSegment& segment, float t) const {
+    if (segment.rank == profile_.noData()) return kNone;
+    return float((profile_.value(segment.rank, segment.at(t)) - zero_) / unit_);
   }
 
   void column(std::size_t pixel, float* out, std::uint8_t* wrong) {
-    const auto& pieces = profile_.of(runs_, pixel);
+    const auto& segments = profile_.of(runs_, pixel);
     const auto stride = std::size_t(size_.x);
-    if (pieces.empty()) {
+    if (segments.empty()) {
       for (int z = 0; z < size_.z; ++z) {
         out[std::size_t(z) * stride] = kNone;
         wrong[std::size_t(z) * stride] = 0;
@@ -82,14 +82,14 @@ class RowSampler {
     float begin = runs_.enter[pixel];
     for (int z = 0; z < size_.z; ++z) {
       const float depth = float(z) * step_;
-      while (at + 1 < pieces.size() && depth >= begin + pieces[at].length) {
-        begin += pieces[at++].length;
+      while (at + 1 < segments.size() && depth >= begin + segments[at].length) {
+        begin += segments[at++].length;
       }
-      const ProfilePiece& piece = pieces[at];
+      const ProfileSegment& segment = segments[at];
       const float t =
-          piece.length > 0.0f ? std::clamp((depth - begin) / piece.length, 0.0f, 1.0f) : 0.5f;
-      out[std::size_t(z) * stride] = value(piece, t);
-      doubt_[std::size_t(z)] = piece.doubt() * float(profile_.width(piece.rank) / unit_);
+          segment.length > 0.0f ? std::clamp((depth - begin) / segment.length, 0.0f, 1.0f) : 0.5f;
+      out[std::size_t(z) * stride] = value(segment, t);
+      doubt_[std::size_t(z)] = segment.doubt() * float(profile_.width(segment.rank) / unit_);
     }
     for (int z = 0; z < size_.z; ++z) {
       float least = HUGE_VALF, most = -HUGE_VALF;

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "explorer/volume/look_grid.h"
 #include "explorer/stacks/stack_runs.h"
+#include "explorer/volume/look_grid.h"
 #include "proxy/format/image/proxy_image.h"
 
 namespace vestige {
@@ -39,7 +39,7 @@ StackSamples sampledStack(const ProxyHeader& header, const RunLists& runs);
 /// between them. Change: along its own rays a stack is uncertain by as much as its values change
 /// within an eighth of a slab, so edges that one stack sees head on are placed by those that see
 /// them from the side; doubt: how far a run says where in its interval the value is
-/// (ProfilePiece::doubt). The same grid when there is one stack.
+/// (ProfileSegment::doubt). The same grid when there is one stack.
 StackSamples fusedStacks(std::vector<StackSamples> stacks);
 
 }  // namespace vestige

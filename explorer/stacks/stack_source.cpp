@@ -10,8 +10,8 @@
 
 #include "explorer/stacks/stack_grid.h"
 #include "proxy/base/error.h"
-#include "proxy/format/layout/sliced_stack.h"
 #include "proxy/format/image/storage_quantiser.h"
+#include "proxy/format/layout/sliced_stack.h"
 
 namespace vestige {
 namespace {
@@ -140,7 +140,7 @@ std::string StackSource::note(const Camera& camera) const {
   }
   const double degrees = std::acos(std::min(nearest, 1.0)) * 180.0 / glm::pi<double>();
   return fmt::format(
-      "sliced answers: {} {} as a grid of {} x {} x {} values{}; the nearest looks within {:.3g} "
+      "uses sliced: {} {} as a grid of {} x {} x {} values{}; the nearest looks within {:.3g} "
       "degrees of the direction asked for",
       headers_.size() == 1 ? "stack" : "stacks", names, grid_.size.x, grid_.size.y, grid_.size.z,
       headers_.size() == 1 ? "" : ", fused where they are surest", degrees);

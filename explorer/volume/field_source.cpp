@@ -82,7 +82,7 @@ std::string FieldSource::note() const {
                            "xyz"[a]);
     }
   }
-  return fmt::format("field answers: {} x {} x {} samples{}, each within {:.3g}{} of {}{}",
+  return fmt::format("uses field: {} x {} x {} samples{}, each within {:.3g}{} of {}{}",
                      grid.axes[0].count, grid.axes[1].count, grid.axes[2].count,
                      grid.reduction > 1 ? fmt::format(", means of {}^3", grid.reduction) : "",
                      grid.tolerance, header_.units.empty() ? "" : " " + header_.units,

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "explorer/gpu/custom_textures.h"
-#include "explorer/gpu/drawn_view.h"
 #include "explorer/gpu/light.h"
 #include "explorer/gpu/probed_rays.h"
+#include "explorer/gpu/rendered_view.h"
 #include "explorer/volume/look_grid.h"
 #include "proxy/camera/box.h"
 #include "proxy/camera/camera.h"
@@ -68,7 +68,7 @@ struct VolumeSetup {
   double opaque = 1e-3;                 ///< rays end where so much light is left
   /// Scalar: values are moved by so much of what they may be wrong by (LookGrid::wrong).
   double doubt = 0.0;
-  bool skip = true;  ///< pass over bricks that have nothing to show
+  bool skip = true;  ///< skip bricks that have nothing to show
   /// Above 0, where cells are several pixels wide, every other pixel is cast, and those between
   /// only where colours bend by more than this: 6 % of them in turbulence of 256^3 at 1024^2.
   double tolerance = 0.0;
@@ -76,7 +76,7 @@ struct VolumeSetup {
 
 /// A picture of a grid; depth: the mean weighted by opacity; guess: what comes from cells that are
 /// one.
-using VolumeView = DrawnView;
+using VolumeView = RenderedView;
 
 /// Ray casting of 3-D grids (method §1): front to back, trilinear, samples at planar depths that
 /// depend on camera and grid alone. Opacities follow the exact length of each step, so that a

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "proxy/base/clones.h"
+#include "proxy/base/cpu_dispatch.h"
 
 namespace vestige {
 namespace {
@@ -91,22 +91,22 @@ VESTIGE_INLINE void addRun(const RunInSlice& run, const ThresholdTable& table, s
   }
 }
 
-VESTIGE_CLONES void addEuclidean(const RunInSlice& run, const ThresholdTable& table,
-                                 std::uint16_t* right, std::uint16_t* left,
-                                 const std::int16_t* roots) {
+VESTIGE_CPU_DISPATCH void addEuclidean(const RunInSlice& run, const ThresholdTable& table,
+                                       std::uint16_t* right, std::uint16_t* left,
+                                       const std::int16_t* roots) {
   addRun(
       run, table, right, left, [](int d) { return d * d; },
       [roots](int i) { return int(roots[i]); });
 }
 
-VESTIGE_CLONES void addManhattan(const RunInSlice& run, const ThresholdTable& table,
-                                 std::uint16_t* right, std::uint16_t* left) {
+VESTIGE_CPU_DISPATCH void addManhattan(const RunInSlice& run, const ThresholdTable& table,
+                                       std::uint16_t* right, std::uint16_t* left) {
   addRun(
       run, table, right, left, [](int d) { return d < 0 ? -d : d; }, [](int i) { return i; });
 }
 
-VESTIGE_CLONES void addBothHalves(int* counts, const std::uint16_t* right,
-                                  const std::uint16_t* left, int seedX, int nodesX) {
+VESTIGE_CPU_DISPATCH void addBothHalves(int* counts, const std::uint16_t* right,
+                                        const std::uint16_t* left, int seedX, int nodesX) {
   for (int x = seedX; x < nodesX; ++x) counts[x] += right[x - seedX];
   for (int x = 0; x < seedX; ++x) counts[x] += left[seedX - x];
 }

@@ -8,10 +8,10 @@
 #include <cstdlib>
 #include <limits>
 
-#include "proxy/customization/cell_counts.h"
-#include "proxy/base/clones.h"
+#include "proxy/base/cpu_dispatch.h"
 #include "proxy/base/error.h"
 #include "proxy/base/parallel.h"
+#include "proxy/customization/cell_counts.h"
 
 namespace vestige {
 namespace {
@@ -41,8 +41,8 @@ void requireGrid(glm::ivec3 nodes, std::span<const GridSeed> seeds) {
 }
 
 /// The nearest seed of every node of a row along x.
-VESTIGE_CLONES void nearestInRow(std::span<const GridSeed> seeds, SeedMetric metric, int y, int z,
-                                 std::span<int> distance, std::span<int> nearest) {
+VESTIGE_CPU_DISPATCH void nearestInRow(std::span<const GridSeed> seeds, SeedMetric metric, int y,
+                                       int z, std::span<int> distance, std::span<int> nearest) {
   std::fill(distance.begin(), distance.end(), std::numeric_limits<int>::max());
   const int count = int(distance.size());
   for (int s = 0; s < int(seeds.size()); ++s) {
@@ -57,12 +57,12 @@ VESTIGE_CLONES void nearestInRow(std::span<const GridSeed> seeds, SeedMetric met
   }
 }
 
-VESTIGE_CLONES void addCounts(int* counts, const int* more, int count) {
+VESTIGE_CPU_DISPATCH void addCounts(int* counts, const int* more, int count) {
   for (int i = 0; i < count; ++i) counts[i] += more[i];
 }
 
 /// Products are exact, so that fusing them with the sum changes nothing.
-VESTIGE_CLONES void addProducts(double* sums, const int* counts, double value, int count) {
+VESTIGE_CPU_DISPATCH void addProducts(double* sums, const int* counts, double value, int count) {
   for (int i = 0; i < count; ++i) sums[i] += double(counts[i]) * value;
 }
 

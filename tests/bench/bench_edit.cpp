@@ -8,7 +8,7 @@
 
 #include "explorer/picture/metrics.h"
 #include "explorer/recomposition/edit_pass.h"
-#include "explorer/recomposition/pieces.h"
+#include "explorer/recomposition/segments.h"
 #include "proxy/format/exr/exr_file.h"
 #include "proxy/format/layout/proxy_layout.h"
 #include "tests/bench/bench_run.h"
@@ -40,14 +40,14 @@ struct Figures {
 };
 
 /// PSNR of edits by the explorer's own pass over each of the true pictures.
-Figures judge(gl::Device& device, const PieceLists& lists, const MarchRequest& request,
+Figures judge(gl::Device& device, const SegmentLists& lists, const MarchRequest& request,
               const std::vector<IntervalLook>& looks, const std::vector<RgbPicture>& truth) {
   Figures figures;
   const auto rect = projectedRect(request.camera, request.domain, request.size);
   std::vector<Picture> edits(looks.size());
   device.run([&] {
     EditPass pass;
-    const PieceTextures textures(lists);
+    const SegmentTextures textures(lists);
     for (std::size_t i = 0; i < looks.size(); ++i) {
       edits[i] = pass.render(textures, tableForLength(looks[i]));
     }
@@ -93,7 +93,7 @@ void measure(const std::shared_ptr<gl::Device>& device, const Scene& scene, Imag
                 100.0 * double(encodeExr(lengths).size()) /
                     (double(scene.values.size()) * scene.nativeBytes));
   }
-  const PieceLists lists = piecesFromLength(lengthPlanes(lengths), Order::Auto);
+  const SegmentLists lists = segmentsFromLength(lengthPlanes(lengths), Order::Auto);
 
   std::vector<IntervalLook> constant, means;
   std::vector<Medium> media;

@@ -134,7 +134,7 @@ Values proxyOcclusion(gl::Device& device, DepthLayers layers, double radius) {
   std::vector<float> open(4 * kSize.pixels());
   const std::vector<float> depth = layers.depth[0];
   device.run([&] {
-    LayerPass pass;
+    DepthLayerPass pass;
     const LayerTextures textures(completedLayers(std::move(layers), nullptr, {}));
     LightSetup setup;
     setup.shade = false;

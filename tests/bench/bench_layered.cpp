@@ -9,7 +9,7 @@
 #include <glm/trigonometric.hpp>
 #include <map>
 
-#include "explorer/layers/layered_pass.h"
+#include "explorer/layers/analytic_layer_pass.h"
 #include "explorer/picture/metrics.h"
 #include "proxy/format/exr/exr_file.h"
 #include "tests/bench/bench_run.h"
@@ -63,7 +63,7 @@ class Truth {
 /// Layers of a request as they are stored and read.
 struct StoredLayers {
   ProxyHeader header;
-  LayeredPlanes planes;
+  AnalyticLayerPlanes planes;
   std::size_t bytes;
 };
 
@@ -118,12 +118,12 @@ void measureLayers(const std::shared_ptr<gl::Device>& device, const Scene& scene
       print(bytes, 100.0 * double(stored.bytes) / double(native));
     }
     device->run([&] {
-      LayeredPass pass;
-      const LayeredTextures textures(stored.header, stored.planes);
+      AnalyticLayerPass pass;
+      const AnalyticLayerTextures textures(stored.header, stored.planes);
       for (const int degrees : kAngles) {
         const std::string line = "novel_view_dssim_" + tier + "_" + std::to_string(degrees);
         if (!options.wants(line)) continue;
-        const LayeredView view = pass.render(textures, truth.camera(degrees), kSize);
+        const AnalyticLayerView view = pass.render(textures, truth.camera(degrees), kSize);
         print(line, truth.dssimOf(view.picture, degrees));
         keepPictures(line, view.picture, truth.at(degrees));
       }
@@ -154,9 +154,10 @@ void measurePeers(const std::shared_ptr<gl::Device>& device, const Scene& scene,
     report("layered", [&] {
       Marcher marcher(device);
       const StoredLayers stored = storedLayers(marcher, scene, request, kLayers);
-      LayeredView view;
+      AnalyticLayerView view;
       device->run([&] {
-        view = LayeredPass().render(LayeredTextures(stored.header, stored.planes), target, kSize);
+        view = AnalyticLayerPass().render(AnalyticLayerTextures(stored.header, stored.planes),
+                                          target, kSize);
       });
       return view.picture;
     });
@@ -188,10 +189,10 @@ void measureStorage(const std::shared_ptr<gl::Device>& device, const Scene& scen
     const StoredAs stored = storeLayers(layers.header, layers.planes, storage);
     if (options.wants(bytes)) print(bytes, 100.0 * double(stored.bytes) / native);
     if (!options.wants(error)) continue;
-    LayeredView view;
+    AnalyticLayerView view;
     device->run([&] {
-      view = LayeredPass().render(LayeredTextures(layers.header, stored.planes),
-                                  truth.camera(kDegrees), kSize);
+      view = AnalyticLayerPass().render(AnalyticLayerTextures(layers.header, stored.planes),
+                                        truth.camera(kDegrees), kSize);
     });
     print(error, truth.dssimOf(view.picture, kDegrees));
   }

@@ -11,8 +11,8 @@
 #include <glm/trigonometric.hpp>
 #include <nlohmann/json.hpp>
 
+#include "explorer/layers/depth_layer_pass.h"
 #include "explorer/volume/field_source.h"
-#include "explorer/layers/layer_pass.h"
 #include "proxy/format/exr/exr_file.h"
 #include "proxy/gl/device.h"
 #include "tests/bench/vtk_scene.h"

@@ -18,7 +18,7 @@
 #include "explorer/picture/metrics.h"
 #include "explorer/recomposition/edit_pass.h"
 #include "explorer/stacks/stack_grid.h"
-#include "explorer/stacks/stack_pieces.h"
+#include "explorer/stacks/stack_segments.h"
 #include "explorer/volume/volume_pass.h"
 #include "tests/bench/bench_run.h"
 #include "tests/bench/sweep_scenes.h"
@@ -144,13 +144,13 @@ void printEdits(gl::Device& device, const Scene& scene, const Stored& stored,
                 const std::vector<ChannelTable>& tables, const std::vector<RgbPicture>& truth,
                 const FineChannels& channels, const std::string& tier, const std::string& suffix) {
   const ProxyHeader& header = stored.stack.header;
-  const PieceLists lists = piecesOfRuns(runsOfStack(stored.stack), channels, header.statistics,
-                                        header.domain.diagonal());
+  const SegmentLists lists = segmentsOfRuns(runsOfStack(stored.stack), channels, header.statistics,
+                                            header.domain.diagonal());
   const auto rect = projectedRect(header.camera, header.domain, header.size);
   double mean = 0.0, least = 1e9;
   device.run([&] {
     EditPass pass;
-    const PieceTextures textures(lists);
+    const SegmentTextures textures(lists);
     for (std::size_t i = 0; i < tables.size(); ++i) {
       const Picture edit = pass.render(textures, tables[i]);
       const double dB = psnr(RgbView::interleaved(header.size, truth[i].rgb),

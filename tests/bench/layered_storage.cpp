@@ -31,7 +31,7 @@ struct PlaneStore {
 
 constexpr double kQuantum = 0x1p-24;
 
-std::vector<PlaneStore> planesOf(const ProxyHeader& header, LayeredPlanes& planes,
+std::vector<PlaneStore> planesOf(const ProxyHeader& header, AnalyticLayerPlanes& planes,
                                  const LayeredStorage& storage) {
   const std::size_t pixels = header.size.pixels();
   std::vector<PlaneStore> stores;
@@ -77,7 +77,7 @@ const std::vector<LayeredStorage>& layeredStorages() {
   return storages;
 }
 
-StoredAs storeLayers(const ProxyHeader& header, const LayeredPlanes& planes,
+StoredAs storeLayers(const ProxyHeader& header, const AnalyticLayerPlanes& planes,
                      const LayeredStorage& storage) {
   StoredAs result{planes, 0};
   const int width = header.size.width, height = header.size.height;
@@ -102,7 +102,7 @@ StoredAs storeLayers(const ProxyHeader& header, const LayeredPlanes& planes,
   for (PlaneStore& store : stores) {
     exr.channels().insert(store.name, Imf::Channel(store.isFloat ? Imf::FLOAT : Imf::HALF));
     for (std::size_t p = 0; p < pixels; ++p) {
-      const bool empty = planes.state[p] == LayeredState::Empty;
+      const bool empty = planes.state[p] == AnalyticLayerState::Empty;
       const float stored =
           empty ? 0.0f : float((double(store.values[p]) - store.zero) / store.unit);
       store.isFloat ? store.floats.push_back(stored) : store.halves.push_back(Imath::half(stored));
@@ -129,7 +129,7 @@ StoredAs storeLayers(const ProxyHeader& header, const LayeredPlanes& planes,
   std::filesystem::remove(path);
   for (PlaneStore& store : stores) {
     for (std::size_t p = 0; p < pixels; ++p) {
-      if (planes.state[p] == LayeredState::Empty) continue;
+      if (planes.state[p] == AnalyticLayerState::Empty) continue;
       const double stored = store.isFloat ? store.floats[p] : float(store.halves[p]);
       store.values[p] = float(std::max(stored * store.unit + store.zero,
                                        store.name.starts_with("boundaries") ? -HUGE_VAL : 0.0));

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "proxy/format/layout/layered_layout.h"
+#include "proxy/format/layout/analytic_layers_layout.h"
 
 namespace vestige::test {
 
@@ -23,12 +23,12 @@ const std::vector<LayeredStorage>& layeredStorages();
 
 /// Layers that went through a file, and its bytes.
 struct StoredAs {
-  LayeredPlanes planes;
+  AnalyticLayerPlanes planes;
   std::size_t bytes = 0;
 };
 
 /// `planes` as the product would store them.
-StoredAs storeLayers(const ProxyHeader& header, const LayeredPlanes& planes,
+StoredAs storeLayers(const ProxyHeader& header, const AnalyticLayerPlanes& planes,
                      const LayeredStorage& storage);
 
 }  // namespace vestige::test

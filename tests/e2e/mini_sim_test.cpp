@@ -130,7 +130,7 @@ TEST_F(MiniSim, SaysWhichOptionWasMeant) {
   EXPECT_NE(outcome.err.find("did you mean --steps?"), std::string::npos) << outcome.err;
 }
 
-TEST_F(MiniSim, ASmallBudgetTakesALowerRungThatInfoNames) {
+TEST_F(MiniSim, ASmallBudgetTakesALowerLevelThatInfoNames) {
   write("budget.toml",
         "[image]\nwidth = 48\nheight = 48\nproxies = [\"sliced\"]\n[output]\npath = \"plume.cdb\"\n"
         "previews = false\n[budget]\nbytes_per_step = \"24 kB\"\n"
@@ -138,9 +138,9 @@ TEST_F(MiniSim, ASmallBudgetTakesALowerRungThatInfoNames) {
   const auto outcome = simulate({"--steps", "10", "--every", "5", "--config", "budget.toml"});
   ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
   const auto info = explore({"info", "plume.cdb"});
-  EXPECT_NE(info.out.find("; budget of 24000 bytes a step: rung "), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("; budget of 24000 bytes a step: level "), std::string::npos) << info.out;
   EXPECT_NE(info.out.find("(one stack of "), std::string::npos) << info.out;
-  EXPECT_EQ(info.out.find("rung 1 of"), std::string::npos) << info.out;
+  EXPECT_EQ(info.out.find("level 1 of"), std::string::npos) << info.out;
   EXPECT_TRUE(checkArchive(folder_ / "plume.cdb").empty());
 }
 

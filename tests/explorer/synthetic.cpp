@@ -78,9 +78,9 @@ ProxyHeader header(std::string_view kind, ImageSize size) {
   return head;
 }
 
-std::vector<Piece> truePieces(const ProxyHeader& head, int x, int y) {
-  std::vector<Piece> pieces;
-  if (!insideBox(head, x, y)) return pieces;
+std::vector<Segment> trueSegments(const ProxyHeader& head, int x, int y) {
+  std::vector<Segment> segments;
+  if (!insideBox(head, x, y)) return segments;
   const RayPlace place = placeOf(head, x, y);
   const IntervalPartition& partition = *head.partition;
   // Half chords of the spheres f = b_0 (the widest), b_1 ...; the box's face lies at 1.
@@ -90,20 +90,20 @@ std::vector<Piece> truePieces(const ProxyHeader& head, int x, int y) {
   }
   std::vector<int> channels{partition.below()};
   for (int k = 0; k < partition.intervals(); ++k) channels.push_back(k);
-  std::vector<Piece> back;
+  std::vector<Segment> back;
   for (std::size_t i = 0; i < channels.size(); ++i) {
     const bool innermost = i + 1 == channels.size() || half[i + 1] == 0.0;
     const double length = half[i] - (innermost ? 0.0 : half[i + 1]);
     if (length < 1e-6) continue;  // the ray touches the box where the sphere does
     if (innermost) {
-      pieces.push_back({channels[i], float(2.0 * length), false});
+      segments.push_back({channels[i], float(2.0 * length), false});
       break;
     }
-    pieces.push_back({channels[i], float(length), false});
+    segments.push_back({channels[i], float(length), false});
     back.push_back({channels[i], float(length), false});
   }
-  pieces.insert(pieces.end(), back.rbegin(), back.rend());
-  return pieces;
+  segments.insert(segments.end(), back.rbegin(), back.rend());
+  return segments;
 }
 
 ProxyImage lengthProxy(ImageSize size) {
@@ -115,14 +115,14 @@ ProxyImage lengthProxy(ImageSize size) {
   }
   length.unit = depth.unit = kBox.diagonal();
   forPixels(size, [&](int x, int y, std::size_t i) {
-    const auto pieces = truePieces(image.header, x, y);
-    if (!pieces.empty()) {
-      ends.channels[0].values[i] = float(pieces.front().channel + 1);
-      ends.channels[1].values[i] = float(pieces.back().channel + 1);
+    const auto segments = trueSegments(image.header, x, y);
+    if (!segments.empty()) {
+      ends.channels[0].values[i] = float(segments.front().channel + 1);
+      ends.channels[1].values[i] = float(segments.back().channel + 1);
     }
-    for (const Piece& piece : pieces) {
-      const auto k = std::size_t(piece.channel);
-      length.channels[k].values[i] += piece.amount;
+    for (const Segment& segment : segments) {
+      const auto k = std::size_t(segment.channel);
+      length.channels[k].values[i] += segment.amount;
       depth.channels[k].values[i] = float(placeOf(image.header, x, y).middle);
       runs.channels[k].values[i] += 1.0f;
     }
@@ -139,9 +139,9 @@ ProxyImage attenuationProxy(ImageSize size) {
   const IntervalLook look = image.header.base->onIntervals(*image.header.partition);
   forPixels(size, [&](int x, int y, std::size_t i) {
     double left = 1.0;
-    for (const Piece& piece : truePieces(image.header, x, y)) {
-      const auto k = std::size_t(piece.channel);
-      const double share = left * -std::expm1(-look.extinction[k] * double(piece.amount));
+    for (const Segment& segment : trueSegments(image.header, x, y)) {
+      const auto k = std::size_t(segment.channel);
+      const double share = left * -std::expm1(-look.extinction[k] * double(segment.amount));
       attenuation.channels[k].values[i] += float(share);
       left -= share;
     }
@@ -204,22 +204,22 @@ ProxyImage referenceProxy(ImageSize size) {
   const ChannelTable table =
       tableForLength(image.header.base->onIntervals(*image.header.partition));
   forPixels(size, [&](int x, int y, std::size_t i) {
-    const auto color = composite(truePieces(image.header, x, y), table);
+    const auto color = composite(trueSegments(image.header, x, y), table);
     for (std::size_t c = 0; c < 4; ++c) part.channels[c].values[i] = float(color[c]);
   });
   image.parts = {std::move(part)};
   return image;
 }
 
-std::array<double, 4> composite(const std::vector<Piece>& pieces, const ChannelTable& table) {
+std::array<double, 4> composite(const std::vector<Segment>& segments, const ChannelTable& table) {
   std::array<double, 4> color{};
   double left = 1.0, depth = 0.0;
   glm::dvec3 glow(0.0);
-  for (const Piece& piece : pieces) {
-    const auto k = std::size_t(piece.channel);
-    depth += table.strength[k] * double(piece.amount);
-    glow += table.strength[k] * double(piece.amount) * table.color[k];
-    if (piece.mixed) continue;
+  for (const Segment& segment : segments) {
+    const auto k = std::size_t(segment.channel);
+    depth += table.strength[k] * double(segment.amount);
+    glow += table.strength[k] * double(segment.amount) * table.color[k];
+    if (segment.mixed) continue;
     if (depth > 0.0) {
       const double share = left * -std::expm1(-depth);
       for (int c = 0; c < 3; ++c) color[std::size_t(c)] += share * glow[c] / depth;

@@ -17,7 +17,7 @@ inline constexpr int kIntervals = 5;
 
 ProxyHeader header(std::string_view kind, ImageSize size);
 /// The stretches of one ray, front to back, in closed form.
-std::vector<Piece> truePieces(const ProxyHeader& header, int x, int y);
+std::vector<Segment> trueSegments(const ProxyHeader& header, int x, int y);
 ProxyImage lengthProxy(ImageSize size);
 ProxyImage attenuationProxy(ImageSize size);
 /// Spheres of radius 1 - isovalue with exact normals.
@@ -26,7 +26,7 @@ ProxyImage mipProxy(ImageSize size);
 ProxyImage referenceProxy(ImageSize size);
 
 /// The recomposition of method §2 in double: what a picture must be.
-std::array<double, 4> composite(const std::vector<Piece>& pieces, const ChannelTable& table);
+std::array<double, 4> composite(const std::vector<Segment>& segments, const ChannelTable& table);
 
 /// A function without structure: three bumps of opacity.
 IntervalLook someLook(const IntervalPartition& partition);

@@ -57,7 +57,7 @@ class RayGatherer {
       if (std::isfinite(f)) greatest_ = std::max(greatest_, f);
     }
     splitAtBounds(request_.partition, f0, f1, [&](int k, double t0, double t1) {
-      piece(k, s0 + t0 * (s1 - s0), s0 + t1 * (s1 - s0), f0 + 0.5 * (t0 + t1) * (f1 - f0));
+      segment(k, s0 + t0 * (s1 - s0), s0 + t1 * (s1 - s0), f0 + 0.5 * (t0 + t1) * (f1 - f0));
     });
     crossings(s0, s1, f0, f1);
   }
@@ -92,7 +92,7 @@ class RayGatherer {
   }
 
  private:
-  void piece(int channel, double s0, double s1, double middle) {
+  void segment(int channel, double s0, double s1, double middle) {
     const auto k = std::size_t(channel);
     if (first_ < 0) first_ = channel;
     if (channel != last_) ++runs_[k];

@@ -50,8 +50,8 @@ std::vector<RgbPicture> renderContinuous(const Scene& scene, const Camera& camer
 /// is integrated, split where the base function has its points.
 RgbPicture renderReference(const Scene& scene, const MarchRequest& request);
 
-/// A function of the value by a table of `entries` linear pieces over [low, high], clamped beyond;
-/// not a number stays transparent.
+/// A function of the value by a table of `entries` linear segments over [low, high], clamped
+/// beyond; not a number stays transparent.
 Medium tabulated(const Medium& medium, double low, double high, int entries = 1 << 14);
 
 /// What Marcher::march makes of the same request for the whole domain (the reference by splitting

@@ -101,16 +101,16 @@ void walkAnchored(const Scene& scene, const Camera& camera, const Ray& ray, doub
   }
 }
 
-/// Calls piece(t0, t1), 0 <= t0 < t1 <= 1, in order, for the stretches into which `values`
+/// Calls segment(t0, t1), 0 <= t0 < t1 <= 1, in order, for the stretches into which `values`
 /// (ascending) cut a linear stretch of field from f0 to f1, both finite.
-template <typename Piece>
-void splitAt(std::span<const double> values, double f0, double f1, const Piece& piece) {
+template <typename Segment>
+void splitAt(std::span<const double> values, double f0, double f1, const Segment& segment) {
   const auto first = std::upper_bound(values.begin(), values.end(), std::min(f0, f1));
   const auto last = std::lower_bound(first, values.end(), std::max(f0, f1));
   double t0 = 0.0;
   const auto cut = [&](double value) {
     const double t1 = std::clamp((value - f0) / (f1 - f0), t0, 1.0);
-    if (t1 > t0) piece(t0, t1);
+    if (t1 > t0) segment(t0, t1);
     t0 = t1;
   };
   if (f1 > f0) {
@@ -118,19 +118,21 @@ void splitAt(std::span<const double> values, double f0, double f1, const Piece& 
   } else {
     for (auto value = last; value != first; --value) cut(*(value - 1));
   }
-  if (t0 < 1.0) piece(t0, 1.0);
+  if (t0 < 1.0) segment(t0, 1.0);
 }
 
-/// Calls piece(channel, t0, t1), 0 <= t0 < t1 <= 1, for the stretches of a linear stretch of field
-/// from f0 to f1 between which the channel changes, in order. No data at either end = all of it.
-template <typename Piece>
-void splitAtBounds(const IntervalPartition& partition, double f0, double f1, const Piece& piece) {
+/// Calls segment(channel, t0, t1), 0 <= t0 < t1 <= 1, for the stretches of a linear stretch of
+/// field from f0 to f1 between which the channel changes, in order. No data at either end = all of
+/// it.
+template <typename Segment>
+void splitAtBounds(const IntervalPartition& partition, double f0, double f1,
+                   const Segment& segment) {
   if (!std::isfinite(f0) || !std::isfinite(f1)) {
-    piece(partition.noData(), 0.0, 1.0);
+    segment(partition.noData(), 0.0, 1.0);
     return;
   }
   splitAt(partition.bounds(), f0, f1, [&](double t0, double t1) {
-    piece(partition.channelOf(f0 + 0.5 * (t0 + t1) * (f1 - f0)), t0, t1);
+    segment(partition.channelOf(f0 + 0.5 * (t0 + t1) * (f1 - f0)), t0, t1);
   });
 }
 

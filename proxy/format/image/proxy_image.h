@@ -93,7 +93,7 @@ struct Channel {
 ///              tau            tMM: its optical depth along the ray;                     half
 ///              boundaries     zMM: planar depth of its near face; the last one is the
 ///                             far face of the last layer; 0 = the ray is empty;         half
-///              state          state: LayeredState;                                      half
+///              state          state: AnalyticLayerState;                                      half
 /// sliced       faces          fSS: 1 + rank (IntervalPartition::rankOf) in which the ray
 ///                             passes the face in front of slab SS, 0 = outside;         half
 ///              slabSS         below, i00 ...: share of the ray's stretch in slab SS with

@@ -10,9 +10,9 @@
 #include <tuple>
 
 #include "proxy/base/error.h"
+#include "proxy/format/layout/analytic_layers_layout.h"
 #include "proxy/format/layout/feature_layout.h"
 #include "proxy/format/layout/field_layout.h"
-#include "proxy/format/layout/layered_layout.h"
 #include "proxy/format/layout/learned_layout.h"
 #include "proxy/format/layout/proxy_layout.h"
 #include "proxy/format/layout/sliced_stack.h"

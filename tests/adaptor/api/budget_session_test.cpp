@@ -35,7 +35,7 @@ std::string provenanceOf(const Archive& archive, long cycle) {
   for (const ArchiveRow& row : archive.rows()) {
     if (row.cycle != cycle) continue;
     const std::string each = archive.open(row).header().provenance;
-    EXPECT_TRUE(text.empty() || text == each) << "one rung a step";
+    EXPECT_TRUE(text.empty() || text == each) << "one level a step";
     text = each;
   }
   return text;
@@ -56,7 +56,7 @@ TEST(BudgetSession, StepsGoDownUntilTheyFitAndSayWhere) {
       ASSERT_EQ(run.step(Sample(), cycle), VESTIGE_OK) << run.error();
     }
     EXPECT_TRUE(run.logged("more than [budget] bytes_per_step"));
-    EXPECT_TRUE(run.logged("it is made again at rung"));
+    EXPECT_TRUE(run.logged("it is made again at level"));
     EXPECT_EQ(std::count_if(run.log.begin(), run.log.end(),
                             [](const std::string& line) {
                               return line.find("made again") != std::string::npos;
@@ -70,11 +70,11 @@ TEST(BudgetSession, StepsGoDownUntilTheyFitAndSayWhere) {
   for (const long cycle : archive.cycles()) {
     EXPECT_LE(bytesOfStep(archive, cycle), whole / 2);
     const std::string text = provenanceOf(archive, cycle);
-    EXPECT_NE(text.find("; budget of " + std::to_string(whole / 2) + " bytes a step: rung "),
+    EXPECT_NE(text.find("; budget of " + std::to_string(whole / 2) + " bytes a step: level "),
               std::string::npos)
         << text;
     EXPECT_NE(text.find(" slabs, "), std::string::npos) << text;
-    EXPECT_EQ(text.find("rung 1 of"), std::string::npos) << text;
+    EXPECT_EQ(text.find("level 1 of"), std::string::npos) << text;
   }
   EXPECT_EQ(filesOf(folder / "a.cdb"), filesOf(folder / "b.cdb")) << "bytes alone: no timing";
 }
@@ -123,12 +123,12 @@ TEST(BudgetSession, ViewsShareTheBudget) {
   EXPECT_NE(provenanceOf(archive, 1).find("pictures of 48 x 40, 2 layers"), std::string::npos);
 }
 
-TEST(BudgetSession, DryRunsSayWhichRungTheyWouldTake) {
+TEST(BudgetSession, DryRunsSayWhichLevelTheyWouldTake) {
   const Folder folder;
   Simulation run(folder / "a.cdb",
                  "dry_run = true\n" + budgeted("'1 MB'\ntime_share = 0.5", kStacks));
   ASSERT_EQ(run.step(Sample(), 1), VESTIGE_OK) << run.error();
-  EXPECT_TRUE(run.logged("dry run: [budget] takes rung "));
+  EXPECT_TRUE(run.logged("dry run: [budget] takes level "));
   EXPECT_TRUE(run.logged("dry run: [budget] time_share = 0.5 allows such a step every "));
   EXPECT_FALSE(std::filesystem::exists(folder / "a.cdb"));
 }
@@ -179,8 +179,8 @@ TEST(BudgetSession, TimeShareLeavesOutStepsByTheClockItIsGiven) {
       return line.second.find(part) != std::string::npos;
     });
   };
-  EXPECT_TRUE(said("is passed over, and more may be"));
-  EXPECT_TRUE(said(" steps passed over before"));
+  EXPECT_TRUE(said("is skipped, and more may be"));
+  EXPECT_TRUE(said(" steps skipped before"));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "proxy/archive/archive.h"
-#include "proxy/format/layout/layered_layout.h"
+#include "proxy/format/layout/analytic_layers_layout.h"
 #include "simulation.h"
 
 namespace vestige::test {
@@ -31,7 +31,7 @@ TEST(LayeredSession, StoresLayersThatCompositeToTheReferencePicture) {
     const ProxyImage image = imageOf(archive, kind::kLayered);
     EXPECT_EQ(image.header.shading, std::string(phong) == "true" ? "headlight" : "unlit");
     const ProxyImage reference = imageOf(archive, kind::kReference);
-    const LayeredPlanes planes = layeredPlanes(image);
+    const AnalyticLayerPlanes planes = layeredPlanes(image);
     ASSERT_EQ(planes.layers, 3);
     const std::size_t pixels = planes.state.size();
     // As each of the parts is rounded.

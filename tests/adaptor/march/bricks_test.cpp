@@ -113,7 +113,7 @@ TEST(BrickGrid, TransparencyIsOfTheWholeRange) {
   const auto partition = IntervalPartition::uniform(0.0, 1.0, 1);
   const TransferFunction spike({{0.4, 0.0}, {0.5, 0.9}, {0.6, 0.0}}, 1.0, Colormap::named("grey"),
                                0.0, 1.0);
-  const BaseTable base(spike, partition, 1.0);
+  const PreintegratedTable base(spike, partition, 1.0);
   const auto edges = channelEdges(partition, &base);
   Samples samples({kCells + 1, 2, 2}, 0.1f);
   EXPECT_EQ(bricksOf(samples, 9, 1).texels(edges, &base)[0].x, 1.0f);
@@ -158,7 +158,7 @@ struct Ball {
 TilePlan planOf(const Ball& ball, const MarchRequest& request) {
   const auto bricks = bricksOf(ball.samples, 65, 1);
   const MarchFrame frame(request.domain, request.camera);
-  const BaseTable base(request.base, request.partition, frame.scale);
+  const PreintegratedTable base(request.base, request.partition, frame.scale);
   const auto found = bricks.texels(channelEdges(request.partition, &base), &base);
   return TilePlan(bricks, found, ball.grid, frame, request);
 }
@@ -173,7 +173,7 @@ TEST(TilePlan, MarchesEveryRayThatMeetsMoreThanBackground) {
     EXPECT_EQ(plan.background->channel, 1);
     EXPECT_EQ(plan.background->high, 0.25f);
     const std::size_t columns = 25, rows = 19;
-    EXPECT_EQ(plan.marched.size() + plan.quiet.size(), columns * rows);
+    EXPECT_EQ(plan.marched.size() + plan.empty.size(), columns * rows);
     // A ball around the pole is seen on all sides.
     EXPECT_LT(plan.marched.size(),
               columns * rows * (projection == Projection::MultiPerspective ? 6 : 3) / 9);

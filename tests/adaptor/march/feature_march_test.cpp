@@ -219,7 +219,7 @@ TEST_P(FeatureMarch, WhatIsPassedOverWeighsNothing) {
     const auto depths = evenDepths(request.camera, 5);
     const RayImage quick = marchIn(features, fields, request, fields.scene.whole(), 0);
     const auto quickSlabs = slabsIn(features, fields, request, depths, fields.scene.whole(), 0);
-    request.passOver = false;
+    request.skipEmptySpace = false;
     const RayImage slow = marchIn(features, fields, request, fields.scene.whole(), 0);
     const auto slowSlabs = slabsIn(features, fields, request, depths, fields.scene.whole(), 0);
     EXPECT_LE(greatestDifference(quick.length, slow.length), 1e-5);

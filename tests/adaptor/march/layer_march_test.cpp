@@ -15,7 +15,7 @@ struct Composited {
   std::array<double, 3> light{};
   double transmittance = 1.0;
 
-  Composited(const LayeredPlanes& planes, std::size_t pixel) {
+  Composited(const AnalyticLayerPlanes& planes, std::size_t pixel) {
     const std::size_t pixels = planes.state.size();
     for (std::size_t i = 0; i < std::size_t(planes.layers); ++i) {
       for (std::size_t c = 0; c < 3; ++c)
@@ -31,12 +31,12 @@ void expectPicture(const GatheredLayers& layers, double tolerance) {
   int seen = 0;
   for (std::size_t p = 0; p < pixels; ++p) {
     const Composited made(planes, p);
-    seen += planes.state[p] != LayeredState::Empty;
+    seen += planes.state[p] != AnalyticLayerState::Empty;
     const double left = std::max(double(rays.transmittance[p]), kSaturatedTransmittance);
     EXPECT_NEAR(made.transmittance, left, tolerance + kEmptyOpacity) << p;
     for (std::size_t c = 0; c < 3; ++c) {
       EXPECT_NEAR(made.light[c], rays.reference[c * pixels + p], tolerance + kEmptyOpacity) << p;
-      if (planes.state[p] != LayeredState::Empty) {
+      if (planes.state[p] != AnalyticLayerState::Empty) {
         EXPECT_NEAR(made.light[c], light[c * pixels + p], 1e-5) << p;
       }
     }
@@ -79,9 +79,10 @@ TEST_P(March, LayersDoNotDependOnTheBlocks) {
       request.stepLength = 0.03;
       request.phong = true;
       const auto light = shadowed ? std::optional(glm::dvec3(1.0, 0.5, -2.0)) : std::nullopt;
-      const LayeredPlanes whole =
+      const AnalyticLayerPlanes whole =
           marchLayers(marcher, scene, request, 4, light, scene.whole(), 0).planes;
-      const LayeredPlanes split = marchLayers(marcher, scene, request, 4, light, cuts, 2).planes;
+      const AnalyticLayerPlanes split =
+          marchLayers(marcher, scene, request, 4, light, cuts, 2).planes;
       EXPECT_EQ(whole.state, split.state);
       EXPECT_LT(greatestDifference(whole.tau, split.tau), 2e-4);  // of up to 8
       EXPECT_LT(greatestDifference(whole.color, split.color), 3e-5);
@@ -101,7 +102,7 @@ TEST_P(March, BoundariesOfAUniformMediumStandWhereOpacityPassesEqualShares) {
   for (std::size_t p = 0; p < pixels; ++p) {
     const double length = chord(rays, request.camera, p), taken = -std::expm1(-extinction * length);
     if (length < 0.1) continue;
-    EXPECT_EQ(planes.state[p], LayeredState::Whole);
+    EXPECT_EQ(planes.state[p], AnalyticLayerState::Whole);
     const double depthPerLength = (rays.exit[p] - rays.entry[p]) / length;
     double sum = 0.0;
     for (std::size_t i = 1; i < 4; ++i) {
@@ -128,8 +129,8 @@ TEST_P(March, EmptyAndSaturatedRaysSaySo) {
                                   Colormap::named("viridis"), 0.0, 1.0);
   const auto [planes, light, rays] = marchLayers(marcher, scene, request, 2, {}, scene.whole(), 0);
   const std::size_t pixels = rays.size.pixels(), row = 16 * 32;
-  EXPECT_EQ(planes.state[row + 4], LayeredState::Saturated);
-  EXPECT_EQ(planes.state[row + 28], LayeredState::Empty);
+  EXPECT_EQ(planes.state[row + 4], AnalyticLayerState::Saturated);
+  EXPECT_EQ(planes.state[row + 28], AnalyticLayerState::Empty);
   for (std::size_t b = 0; b < 3; ++b) EXPECT_EQ(planes.boundary[b * pixels + row + 28], 0.0f);
   // What is stored ends where nothing is seen any more, long before the ray leaves the domain.
   EXPECT_LT(planes.boundary[2 * pixels + row + 4], rays.entry[row + 4] + 0.05);

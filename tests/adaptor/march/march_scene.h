@@ -50,7 +50,7 @@ RayImage marchBlocks(Marcher& marcher, const Scene& scene, const MarchRequest& r
 /// The layers of a scene in such blocks, shadowed if there is a light; their light at the camera;
 /// and what the first march made.
 struct GatheredLayers {
-  LayeredPlanes planes;
+  AnalyticLayerPlanes planes;
   std::vector<float> light;
   RayImage rays;
 };

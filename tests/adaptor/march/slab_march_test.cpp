@@ -26,7 +26,7 @@ MarchRequest lengthsOnly(MarchRequest request) {
   return request;
 }
 
-/// A field with flat regions, so that bricks are passed over and tiles are quiet, and with a hole.
+/// A field with flat regions, so that bricks are skipped and tiles are empty, and with a hole.
 Scene flatAndHoled() {
   return Scene::even({41, 37, 33}, kUnit, [](glm::dvec3 p) {
     if (glm::length(p - glm::dvec3(0.7, 0.3, 0.6)) < 0.12) return kNaN;
@@ -150,7 +150,7 @@ TEST_P(March, PassingOverBricksChangesNoSlab) {
   MarchRequest request = lengthsOnly(requestAll(kUnit, 0.1, 0.8, 7, oblique(kUnit), {64, 48}));
   const auto depths = evenDepths(request, 4);
   const auto passed = marchSlabs(marcher, scene, request, depths, scene.whole(), 0);
-  request.passOver = false;
+  request.skipEmptySpace = false;
   const auto plain = marchSlabs(marcher, scene, request, depths, scene.whole(), 0);
   for (std::size_t s = 0; s < plain.size(); ++s) {
     EXPECT_LE(greatestDifference(passed[s].lengths, plain[s].lengths), 2e-6);

@@ -200,9 +200,9 @@ TEST_F(Export, GivesPicturesInWorldUnitsWithNansWhereThereIsNothing) {
   const std::size_t inner = synthetic::kIntervals - 1;  // the innermost shell, radius 0.2
   const auto length = load(named(files, "length")).values;
   const auto depth = load(named(files, "depth")).values;
-  for (const Piece& piece : synthetic::truePieces(header, 12, 8)) {
-    if (piece.channel != int(inner)) continue;
-    EXPECT_NEAR(length[inner * pixels + middle], piece.amount, 1e-3);
+  for (const Segment& segment : synthetic::trueSegments(header, 12, 8)) {
+    if (segment.channel != int(inner)) continue;
+    EXPECT_NEAR(length[inner * pixels + middle], segment.amount, 1e-3);
   }
   EXPECT_NEAR(depth[inner * pixels + middle], -header.camera.position.y, 0.01);
   EXPECT_EQ(length[inner * pixels + corner], 0.0);

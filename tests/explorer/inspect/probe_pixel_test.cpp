@@ -99,8 +99,8 @@ TEST_F(ProbePixel, AnswersFromEverySourceOfTheView) {
   expectTrueValues(found);
   const ProxyHeader header = synthetic::header(kind::kLength, kSize);
   double length = 0.0;
-  for (const Piece& piece : synthetic::truePieces(header, 24, 16))
-    if (piece.channel == 4) length += double(piece.amount);
+  for (const Segment& segment : synthetic::trueSegments(header, 24, 16))
+    if (segment.channel == 4) length += double(segment.amount);
   EXPECT_NEAR(partOf(found, "length", "i04", "length"), length, 1e-3);
   EXPECT_NEAR(partOf(found, "length", "i04", "depth"), -header.camera.position.y, 0.01);
   EXPECT_EQ(partOf(found, "length", "i04", "runs"), 1.0);

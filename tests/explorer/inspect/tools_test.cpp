@@ -49,8 +49,8 @@ TEST(Info, SaysWhichCyclesWereMadeHow) {
     return infoText(archiveInfo(Archive(path)));
   };
   EXPECT_NE(madeBy({"x"}).find("\n  made by x\n"), std::string::npos);
-  const std::string two = madeBy({"x; rung 1", "x; rung 1", "x; rung 2"});
-  EXPECT_NE(two.find("\n  cycles 10 to 11 made by x; rung 1\n  cycle 12 made by x; rung 2\n"),
+  const std::string two = madeBy({"x; level 1", "x; level 1", "x; level 2"});
+  EXPECT_NE(two.find("\n  cycles 10 to 11 made by x; level 1\n  cycle 12 made by x; level 2\n"),
             std::string::npos)
       << two;
   const std::string many = madeBy({"0", "1", "2", "3", "4", "5", "6", "7", "8", "9"});
@@ -62,7 +62,7 @@ TEST(Info, SaysWhichCyclesWereMadeHow) {
   std::filesystem::resize_file(path / Archive(path).rows()[1].exr, 40);
   const std::string damaged = infoText(archiveInfo(Archive(path)));
   EXPECT_NE(damaged.find("cycle 11 made by what cannot be read: "), std::string::npos) << damaged;
-  EXPECT_NE(damaged.find("cycle 12 made by x; rung 2"), std::string::npos) << damaged;
+  EXPECT_NE(damaged.find("cycle 12 made by x; level 2"), std::string::npos) << damaged;
 }
 
 TEST(Info, NamesDamagedFilesAndGoesOn) {

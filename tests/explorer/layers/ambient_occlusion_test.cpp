@@ -10,7 +10,7 @@
 #include <limits>
 #include <numbers>
 
-#include "explorer/layers/layer_pass.h"
+#include "explorer/layers/depth_layer_pass.h"
 #include "proxy/gl/device.h"
 #include "proxy/gl/functions.h"
 
@@ -73,7 +73,7 @@ LayerPlanes layer(const Height& height) {
 std::vector<double> openness(const Height& height, NormalSource normals = NormalSource::Stored) {
   std::vector<float> pixels(4 * kSize.pixels());
   gl::Device::create()->run([&] {
-    LayerPass pass;
+    DepthLayerPass pass;
     const LayerTextures layers(layer(height));
     LightSetup setup;
     setup.shade = false;

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "explorer/gpu/gpu.h"
-#include "explorer/layers/layer_pass.h"
+#include "explorer/layers/depth_layer_pass.h"
 #include "explorer/layers/layers.h"
 #include "proxy/gl/device.h"
 #include "tests/explorer/synthetic.h"
@@ -34,7 +34,7 @@ WarpedView turned(const LayerPlanes& planes, double azimuth, bool unseen,
   static const std::shared_ptr<gl::Device> device = gl::Device::create();
   WarpedView view;
   device->run([&] {
-    LayerPass pass;
+    DepthLayerPass pass;
     const LayerTextures layers(planes);
     const gl::Texture colors = gpu::textureArray(GL_RGBA32F, kSize, 1);
     std::vector<float> grey;
@@ -164,7 +164,7 @@ TEST(Fronts, AreExactWhereTheOrderTellsAndLikelyWhereItDoesNot) {
   std::vector<int> layerOf;
   LayerPlanes planes = layersFromLengths(lengths, layerOf);
   const auto middle = std::size_t(32 * kSize.width + 32);
-  const std::vector<Piece> truth = synthetic::truePieces(lengths.header, 32, 32);
+  const std::vector<Segment> truth = synthetic::trueSegments(lengths.header, 32, 32);
   std::vector<bool> met(lengths.length.size());
   double z = 0.0;
   for (std::size_t k = 0; k < lengths.length.size(); ++k)
@@ -173,14 +173,14 @@ TEST(Fronts, AreExactWhereTheOrderTellsAndLikelyWhereItDoesNot) {
       glm::dot(lengths.header.domain.center() - lengths.header.camera.position,
                lengths.header.camera.forward);
   z = centerDepth - 0.5 * z;
-  for (const Piece& piece : truth) {
-    const auto k = std::size_t(piece.channel);
+  for (const Segment& segment : truth) {
+    const auto k = std::size_t(segment.channel);
     if (!met[k]) {
       EXPECT_NEAR(planes.depth[std::size_t(layerOf[k])][middle], z, 0.02) << "channel " << k;
       EXPECT_EQ(planes.likely[std::size_t(layerOf[k])][middle], 0);
     }
     met[k] = true;
-    z += piece.amount;
+    z += segment.amount;
   }
   // Without the ends of rays nobody knows.
   lengths.first.clear();

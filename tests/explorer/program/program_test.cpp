@@ -11,8 +11,8 @@
 #include <regex>
 
 #include "explorer/picture/picture.h"
-#include "proxy/transfer/colormap.h"
 #include "proxy/format/layout/field_layout.h"
+#include "proxy/transfer/colormap.h"
 #include "tests/explorer/synthetic.h"
 
 namespace vestige {
@@ -87,7 +87,7 @@ TEST_F(Program, RendersAPictureAndSaysWhichProxyAnswered) {
       explorer("render " + archive() + " -o '" + file("a.png") +
                "' --colormap hot --colorbar --axes --box --time-label --trust -v");
   EXPECT_EQ(outcome.code, 0) << outcome.text;
-  EXPECT_NE(outcome.text.find("length answers"), std::string::npos) << outcome.text;
+  EXPECT_NE(outcome.text.find("uses length"), std::string::npos) << outcome.text;
   EXPECT_NE(outcome.text.find("trust:"), std::string::npos);
   EXPECT_EQ(readPicture(file("a.png")).size, (ImageSize{64, 48}));
 }
@@ -292,7 +292,7 @@ TEST_F(Program, LearnsColoursAndRendersWithThem) {
   }
   const Outcome render = explorer("render " + quoted + look + " -v --step 10");
   EXPECT_EQ(render.code, 0) << render.text;
-  EXPECT_NE(render.text.find("learned answers: 3 clusters"), std::string::npos) << render.text;
+  EXPECT_NE(render.text.find("uses learned: 3 clusters"), std::string::npos) << render.text;
   const Outcome check = explorer("check " + quoted);
   EXPECT_EQ(check.code, 0) << check.text;
   EXPECT_NE(check.text.find("18 rows, all sound"), std::string::npos) << check.text;

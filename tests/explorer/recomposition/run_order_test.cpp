@@ -19,19 +19,19 @@ struct Stored {
   RayEnds ends;
 };
 
-Stored stored(const std::vector<Piece>& truth) {
+Stored stored(const std::vector<Segment>& truth) {
   Stored ray;
   ray.ends.first = truth.front().channel;
   ray.ends.last = truth.back().channel;
   double at = kEntry;
   std::vector<double> length(16), moment(16);
   std::vector<int> runs(16);
-  for (const Piece& piece : truth) {
-    const auto k = std::size_t(piece.channel);
-    length[k] += piece.amount;
-    moment[k] += piece.amount * (at + 0.5 * piece.amount);
+  for (const Segment& segment : truth) {
+    const auto k = std::size_t(segment.channel);
+    length[k] += segment.amount;
+    moment[k] += segment.amount * (at + 0.5 * segment.amount);
     ++runs[k];
-    at += piece.amount;
+    at += segment.amount;
   }
   for (int k = 0; k < kPartition.channels(); ++k) {
     const auto i = std::size_t(k);
@@ -41,25 +41,25 @@ Stored stored(const std::vector<Piece>& truth) {
   return ray;
 }
 
-std::vector<Piece> ordered(Stored ray) {
-  std::vector<Piece> pieces;
-  orderByRuns(ray.intervals, ray.ends, kPartition, pieces);
-  return pieces;
+std::vector<Segment> ordered(Stored ray) {
+  std::vector<Segment> segments;
+  orderByRuns(ray.intervals, ray.ends, kPartition, segments);
+  return segments;
 }
 
-void expectSame(const std::vector<Piece>& a, const std::vector<Piece>& b) {
+void expectSame(const std::vector<Segment>& a, const std::vector<Segment>& b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_EQ(a[i].channel, b[i].channel) << "piece " << i;
-    EXPECT_NEAR(a[i].amount, b[i].amount, 1e-4) << "piece " << i;
-    EXPECT_FALSE(a[i].ambiguous) << "piece " << i;
+    EXPECT_EQ(a[i].channel, b[i].channel) << "segment " << i;
+    EXPECT_NEAR(a[i].amount, b[i].amount, 1e-4) << "segment " << i;
+    EXPECT_FALSE(a[i].ambiguous) << "segment " << i;
   }
 }
 
 /// A continuous ray: a walk over neighbouring channels with random lengths.
-std::vector<Piece> randomWalk(std::uint64_t seed, int runs) {
+std::vector<Segment> randomWalk(std::uint64_t seed, int runs) {
   std::mt19937_64 bits(seed);
-  std::vector<Piece> truth;
+  std::vector<Segment> truth;
   int k = int(bits() % 8);
   for (int i = 0; i < runs; ++i) {
     truth.push_back({k, float(0.05 + double(bits() % 1000) / 1000.0)});
@@ -69,32 +69,33 @@ std::vector<Piece> randomWalk(std::uint64_t seed, int runs) {
 }
 
 TEST(RunOrder, IsExactOnAMonotoneRay) {
-  const std::vector<Piece> truth{{6, 0.4f}, {5, 0.1f}, {4, 0.9f}, {3, 0.2f}};
+  const std::vector<Segment> truth{{6, 0.4f}, {5, 0.1f}, {4, 0.9f}, {3, 0.2f}};
   expectSame(ordered(stored(truth)), truth);
 }
 
 TEST(RunOrder, IsExactThroughOneHumpWithinAnother) {
-  const std::vector<Piece> truth{{0, 0.4f}, {1, 0.1f}, {2, 0.3f}, {3, 0.2f},
-                                 {2, 0.5f}, {1, 0.7f}, {0, 0.25f}};
+  const std::vector<Segment> truth{{0, 0.4f}, {1, 0.1f}, {2, 0.3f}, {3, 0.2f},
+                                   {2, 0.5f}, {1, 0.7f}, {0, 0.25f}};
   expectSame(ordered(stored(truth)), truth);
 }
 
 TEST(RunOrder, IsExactThroughADipFromChannelToChannel) {
-  const std::vector<Piece> truth{{5, 0.4f}, {4, 0.1f}, {3, 0.3f}, {4, 0.2f}, {5, 0.5f}, {6, 0.7f}};
+  const std::vector<Segment> truth{{5, 0.4f}, {4, 0.1f}, {3, 0.3f},
+                                   {4, 0.2f}, {5, 0.5f}, {6, 0.7f}};
   expectSame(ordered(stored(truth)), truth);
 }
 
 TEST(RunOrder, KnowsWhatIsCertainBesideWhatIsNot) {
   // 0 | 1 2 1 2 1 2 | 0: where the wiggle between 1 and 2 lies is known, its runs are not.
-  const std::vector<Piece> truth{{0, 0.5f}, {1, 0.1f}, {2, 0.1f}, {1, 0.1f},
-                                 {2, 0.1f}, {1, 0.1f}, {0, 0.3f}};
-  const auto pieces = ordered(stored(truth));
-  EXPECT_EQ(pieces.front().channel, 0);
-  EXPECT_NEAR(pieces.front().amount, 0.5, 1e-4);
-  EXPECT_FALSE(pieces.front().ambiguous);
-  EXPECT_EQ(pieces.back().channel, 0);
-  EXPECT_NEAR(pieces.back().amount, 0.3, 1e-4);
-  for (std::size_t i = 1; i + 1 < pieces.size(); ++i) EXPECT_TRUE(pieces[i].ambiguous);
+  const std::vector<Segment> truth{{0, 0.5f}, {1, 0.1f}, {2, 0.1f}, {1, 0.1f},
+                                   {2, 0.1f}, {1, 0.1f}, {0, 0.3f}};
+  const auto segments = ordered(stored(truth));
+  EXPECT_EQ(segments.front().channel, 0);
+  EXPECT_NEAR(segments.front().amount, 0.5, 1e-4);
+  EXPECT_FALSE(segments.front().ambiguous);
+  EXPECT_EQ(segments.back().channel, 0);
+  EXPECT_NEAR(segments.back().amount, 0.3, 1e-4);
+  for (std::size_t i = 1; i + 1 < segments.size(); ++i) EXPECT_TRUE(segments[i].ambiguous);
 }
 
 TEST(RunOrder, KeepsEveryLength) {
@@ -103,15 +104,15 @@ TEST(RunOrder, KeepsEveryLength) {
     for (const bool ends : {true, false}) {
       Stored known = ray;
       if (!ends) known.ends = {};
-      const auto pieces = ordered(known);
+      const auto segments = ordered(known);
       for (const RayInterval& interval : ray.intervals) {
         double length = 0.0;
-        for (const Piece& piece : pieces) {
-          if (piece.channel == interval.channel) length += piece.amount;
+        for (const Segment& segment : segments) {
+          if (segment.channel == interval.channel) length += segment.amount;
         }
         ASSERT_NEAR(length, interval.length, 1e-4 * interval.length) << "seed " << seed;
       }
-      ASSERT_FALSE(pieces.back().mixed) << "a mixture ends with the ray at the latest";
+      ASSERT_FALSE(segments.back().mixed) << "a mixture ends with the ray at the latest";
     }
   }
 }
@@ -122,14 +123,15 @@ TEST(RunOrder, KeepsMeanDepthsNearly) {
     const Stored ray = stored(randomWalk(seed, 30));
     std::vector<double> moment(16), length(16);
     double at = kEntry, chord = 0.0;
-    const auto pieces = ordered(ray);
-    for (std::size_t begin = 0; begin < pieces.size();) {
+    const auto segments = ordered(ray);
+    for (std::size_t begin = 0; begin < segments.size();) {
       std::size_t end = begin;
-      double stretch = pieces[end].amount;
-      while (pieces[end].mixed) stretch += pieces[++end].amount;
+      double stretch = segments[end].amount;
+      while (segments[end].mixed) stretch += segments[++end].amount;
       for (; begin <= end; ++begin) {
-        length[std::size_t(pieces[begin].channel)] += pieces[begin].amount;
-        moment[std::size_t(pieces[begin].channel)] += pieces[begin].amount * (at + 0.5 * stretch);
+        length[std::size_t(segments[begin].channel)] += segments[begin].amount;
+        moment[std::size_t(segments[begin].channel)] +=
+            segments[begin].amount * (at + 0.5 * stretch);
       }
       at += stretch;
       chord += stretch;
@@ -147,12 +149,12 @@ TEST(RunOrder, KeepsMeanDepthsNearly) {
 
 TEST(RunOrder, LeavesNoDataOutButRoomForIt) {
   const int hole = kPartition.noData();
-  const std::vector<Piece> truth{{2, 0.5f}, {3, 0.2f}, {hole, 0.4f}, {3, 0.3f}, {2, 0.1f}};
-  const auto pieces = ordered(stored(truth));
+  const std::vector<Segment> truth{{2, 0.5f}, {3, 0.2f}, {hole, 0.4f}, {3, 0.3f}, {2, 0.1f}};
+  const auto segments = ordered(stored(truth));
   double length = 0.0;
-  for (const Piece& piece : pieces) {
-    EXPECT_NE(piece.channel, hole);
-    length += piece.amount;
+  for (const Segment& segment : segments) {
+    EXPECT_NE(segment.channel, hole);
+    length += segment.amount;
   }
   EXPECT_NEAR(length, 1.1, 1e-4);
 }
@@ -160,7 +162,7 @@ TEST(RunOrder, LeavesNoDataOutButRoomForIt) {
 TEST(RunOrder, SurvivesFactsThatContradictEachOther) {
   // Run counts and ends that no continuous ray has, lengths of nothing, depths from elsewhere.
   Stored ray{{{0, 1e-8f, 3.0f, 3}, {3, 0.5f, 90.0f, 2}, {4, 0.5f, -7.0f, 2047}}, {4, 0, 1.0f}};
-  for (const Piece& piece : ordered(ray)) EXPECT_TRUE(std::isfinite(piece.amount));
+  for (const Segment& segment : ordered(ray)) EXPECT_TRUE(std::isfinite(segment.amount));
   Stored empty{{}, {}};
   EXPECT_TRUE(ordered(empty).empty());
 }

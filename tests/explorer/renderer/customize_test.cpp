@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "explorer/annotation/draw_seeds.h"
-#include "explorer/layers/layered_pass.h"
+#include "explorer/layers/analytic_layer_pass.h"
 #include "explorer/renderer/renderer.h"
 #include "proxy/archive/archive.h"
 #include "proxy/base/error.h"
@@ -311,9 +311,9 @@ TEST_F(Customizing, DepthLayersTakeFactorAndShiftOfTheirSurfaces) {
 TEST(CustomizedLayers, AreHomogeneousMediaOfTheirPlaces) {
   ProxyHeader header = synthetic::header(kind::kLayered, kSize);
   const std::size_t pixels = kSize.pixels();
-  LayeredPlanes planes{2, std::vector<float>(3 * pixels), std::vector<float>(6 * pixels),
-                       std::vector<float>(2 * pixels),
-                       std::vector<LayeredState>(pixels, LayeredState::Whole)};
+  AnalyticLayerPlanes planes{2, std::vector<float>(3 * pixels), std::vector<float>(6 * pixels),
+                             std::vector<float>(2 * pixels),
+                             std::vector<AnalyticLayerState>(pixels, AnalyticLayerState::Whole)};
   const double near = header.camera.project(header.domain.center(), kSize).z - 0.5;
   for (std::size_t p = 0; p < pixels; ++p) {
     for (std::size_t i = 0; i < 3; ++i)
@@ -324,8 +324,8 @@ TEST(CustomizedLayers, AreHomogeneousMediaOfTheirPlaces) {
     }
   }
   device()->run([&] {
-    LayeredPass pass;
-    const LayeredTextures layers(header, planes);
+    AnalyticLayerPass pass;
+    const AnalyticLayerTextures layers(header, planes);
     const CustomTextures twice(
         fromText(R"({"resolution": 32, "corners": {"opacity": 2, "shift": [0.25, 0, 0]}})"),
         header.domain);

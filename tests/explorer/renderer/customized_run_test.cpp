@@ -73,7 +73,7 @@ TEST_F(CustomizedRun, LengthsAnswerAndSayThatTheyAreFreeOfIt) {
   store({synthetic::lengthProxy(kSize), synthetic::attenuationProxy(kSize),
          synthetic::referenceProxy(kSize)});
   const Rendered rendered = render({});
-  EXPECT_TRUE(says(rendered, "length answers"));
+  EXPECT_TRUE(says(rendered, "uses length"));
   EXPECT_TRUE(says(rendered, "lengths are free of that"));
   EXPECT_FALSE(says(render(via(Via::Length)), "lengths are free of that")) << "as it was asked for";
   refuses(via(Via::Attenuation), "customised the attenuation of view 'front' by position");
@@ -83,7 +83,7 @@ TEST_F(CustomizedRun, LengthsAnswerAndSayThatTheyAreFreeOfIt) {
 TEST_F(CustomizedRun, AttenuationAloneIsNotRecomposed) {
   store({synthetic::attenuationProxy(kSize), synthetic::referenceProxy(kSize)});
   Look look;
-  EXPECT_TRUE(says(render(look), "reference answers"));
+  EXPECT_TRUE(says(render(look), "uses reference"));
   EXPECT_TRUE(says(render(look), "the run customised it by position"));
   look.source = Source::Volume;
   refuses(look, "no lengths are stored");

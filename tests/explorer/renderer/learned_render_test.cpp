@@ -79,7 +79,7 @@ TEST_F(LearnedRender, UnlitPicturesTeachTheFunctionsOwnColours) {
     const Rendered learned = render(look_), own = render(plain);
     EXPECT_LT(largestDifference(learned.picture, own.picture), 0.02);
     ASSERT_EQ(learned.notes.size(), 1u);
-    EXPECT_NE(learned.notes[0].find("learned answers: 8 clusters of length from 1 picture (unlit)"),
+    EXPECT_NE(learned.notes[0].find("uses learned: 8 clusters of length from 1 picture (unlit)"),
               std::string::npos)
         << learned.notes[0];
   }

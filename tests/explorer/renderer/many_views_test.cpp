@@ -91,7 +91,7 @@ TEST_F(ManyViews, TheNearestViewAnswersHoweverManyThereAre) {
       const std::string notes = notesOf(rendered);
       const auto nearest = nearestViews(*run, rendered.camera.forward);
       const bool named = std::any_of(nearest.begin(), nearest.end(), [&](const auto& name) {
-        return notes.find("view '" + name + "' answers") != std::string::npos;
+        return notes.find("uses view \'" + name + "\'") != std::string::npos;
       });
       EXPECT_TRUE(named) << azimuth << ", " << elevation << ": " << notes;
       const double dot = glm::dot(
@@ -109,7 +109,7 @@ TEST_F(ManyViews, TenDegreesFromTheFrontTheFrontAnswers) {
   Renderer renderer(device(), archive(kTiny + ofSets({"axes"})));
   Look look;
   look.rotate.azimuth = 10.0;
-  EXPECT_NE(notesOf(renderer.render(look)).find("view 'front' answers: it looks within 10 degrees"),
+  EXPECT_NE(notesOf(renderer.render(look)).find("uses view 'front': it looks within 10 degrees"),
             std::string::npos);
 }
 
@@ -220,7 +220,7 @@ TEST_F(ManyViews, AViewThatCannotBeTurnedLeavesItToOneThatCan) {
   Look look;
   look.view = "front";
   look.rotate.azimuth = 5.0;
-  EXPECT_NE(notesOf(renderer.render(look)).find("view 'layers' answers"), std::string::npos);
+  EXPECT_NE(notesOf(renderer.render(look)).find("uses view 'layers'"), std::string::npos);
 }
 
 TEST_F(ManyViews, MultiPerspectiveViewsAreTurnedAmongMany) {
@@ -283,11 +283,11 @@ TEST_F(ManyViews, WhoHoldsAViewKeepsItWhateverIsAskedForMeanwhile) {
   device()->run([&] {
     ViewCache cache(*run);
     const std::shared_ptr<ViewData> first = cache.get(0, "sphere000", "f");
-    const PieceTextures& pieces = first->pieces(Via::Length, Order::Auto);
+    const SegmentTextures& segments = first->segments(Via::Length, Order::Auto);
     std::vector<std::weak_ptr<ViewData>> others;
     for (const std::string& view : run->views()) others.push_back(cache.get(0, view, "f"));
     EXPECT_EQ(first->header().view, "sphere000");
-    EXPECT_EQ(pieces.size, (ImageSize{20, 16}));
+    EXPECT_EQ(segments.size, (ImageSize{20, 16}));
     // The cache itself keeps a few.
     EXPECT_LE(std::size_t(std::count_if(others.begin(), others.end(),
                                         [](const auto& each) { return !each.expired(); })),

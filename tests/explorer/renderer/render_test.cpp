@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "explorer/recomposition/edit_pass.h"
 #include "explorer/export/movie.h"
+#include "explorer/recomposition/edit_pass.h"
 #include "explorer/renderer/renderer.h"
 #include "proxy/base/error.h"
 #include "proxy/gl/device.h"
@@ -59,7 +59,7 @@ class Rendering : public ::testing::Test {
     Picture result = Picture::blank(kSize);
     for (int y = 0; y < kSize.height; ++y) {
       for (int x = 0; x < kSize.width; ++x) {
-        const auto color = synthetic::composite(synthetic::truePieces(header, x, y), table);
+        const auto color = synthetic::composite(synthetic::trueSegments(header, x, y), table);
         for (std::size_t c = 0; c < 4; ++c) result.pixel(x, y)[c] = float(color[c]);
       }
     }
@@ -76,14 +76,14 @@ Look transparentLook() {
   return look;
 }
 
-TEST(Edit, EqualsTheFormulaForEveryPieceList) {
+TEST(Edit, EqualsTheFormulaForEverySegmentList) {
   const ProxyImage proxy = synthetic::lengthProxy(kSize);
-  const PieceLists lists = piecesFromLength(lengthPlanes(proxy), Order::Runs);
+  const SegmentLists lists = segmentsFromLength(lengthPlanes(proxy), Order::Runs);
   const ChannelTable table = tableForLength(synthetic::someLook(*proxy.header.partition));
   Picture picture;
   device()->run([&] {
     EditPass pass;
-    picture = pass.render(PieceTextures(lists), table);
+    picture = pass.render(SegmentTextures(lists), table);
   });
   for (std::size_t i = 0; i < kSize.pixels(); ++i) {
     const auto expected = synthetic::composite(lists.at(i), table);
@@ -94,11 +94,11 @@ TEST(Edit, EqualsTheFormulaForEveryPieceList) {
 }
 
 TEST(Edit, RefusesATableThatIsTooLong) {
-  const PieceLists lists{{1, 1}, 1.0, {PieceLists::kNone}, {}};
-  constexpr std::size_t kTooMany = PieceLists::kMostChannel + 1;
+  const SegmentLists lists{{1, 1}, 1.0, {SegmentLists::kNone}, {}};
+  constexpr std::size_t kTooMany = SegmentLists::kMostChannel + 1;
   const ChannelTable table{std::vector<double>(kTooMany, 0.0), std::vector<glm::dvec3>(kTooMany)};
   try {
-    device()->run([&] { EditPass().render(PieceTextures(lists), table); });
+    device()->run([&] { EditPass().render(SegmentTextures(lists), table); });
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
@@ -107,20 +107,20 @@ TEST(Edit, RefusesATableThatIsTooLong) {
 
 TEST(Edit, TakesMoreChannelsThanUniformsHold) {
   constexpr int kChannels = 259;
-  PieceLists lists{{1, 1}, 1.0, {0}, {}};
+  SegmentLists lists{{1, 1}, 1.0, {0}, {}};
   ChannelTable table;
-  std::vector<Piece> pieces;
+  std::vector<Segment> segments;
   for (int k = 0; k < kChannels; ++k) {
     lists.entries.push_back(amountBits(0.01f) | std::uint32_t(k) << 16 |
-                            (k + 1 == kChannels ? PieceLists::kLast : 0u));
-    pieces.push_back({k, float(amountValue(amountBits(0.01f)))});
+                            (k + 1 == kChannels ? SegmentLists::kLast : 0u));
+    segments.push_back({k, float(amountValue(amountBits(0.01f)))});
     table.strength.push_back(0.3 + 0.01 * (k % 37));
     table.color.emplace_back(k % 5 / 4.0, k % 7 / 6.0, k % 11 / 10.0);
   }
-  const auto wanted = synthetic::composite(pieces, table);
+  const auto wanted = synthetic::composite(segments, table);
   device()->run([&] {
     EditPass pass;
-    const PieceTextures textures(lists);
+    const SegmentTextures textures(lists);
     const Picture picture = pass.render(textures, table);
     for (std::size_t c = 0; c < 4; ++c) EXPECT_NEAR(picture.rgba[c], wanted[c], 1e-3);
     EXPECT_EQ(pass.doubt(textures, table)[0], 0.0f);
@@ -139,7 +139,7 @@ TEST_F(Rendering, ALookThatEditsNothingIsTheRunsOwnPicture) {
   const Rendered rendered = Renderer(device(), archive()).render(look);
   EXPECT_EQ(rendered.picture.rgba, own.rgba);
   EXPECT_EQ(rendered.shares.data, 1.0);
-  EXPECT_NE(rendered.notes.front().find("reference answers"), std::string::npos);
+  EXPECT_NE(rendered.notes.front().find("uses reference"), std::string::npos);
   EXPECT_NE(rendered.notes.back().find("it is exact"), std::string::npos);
 
   // The run's own numbers, given once more, are no edit.
@@ -160,16 +160,16 @@ TEST_F(Rendering, ALookThatEditsNothingIsTheRunsOwnPicture) {
   edits[6].shading = Shading::Phong;
   edits[7].via = Via::Length;
   edits[8].ao.on = true;
-  for (const Look& edit : edits) EXPECT_NE(says(edit).find("length answers"), std::string::npos);
+  for (const Look& edit : edits) EXPECT_NE(says(edit).find("uses length"), std::string::npos);
   // What is forced holds.
   look = transparentLook();
   look.source = Source::Volume;
-  EXPECT_NE(says(look).find("length answers"), std::string::npos);
+  EXPECT_NE(says(look).find("uses length"), std::string::npos);
   // All frames of a turn are drawn alike.
   for (const Look& frame : looksOfTurn(transparentLook(), 40.0, 4))
-    EXPECT_EQ(says(frame).find("reference answers"), std::string::npos);
+    EXPECT_EQ(says(frame).find("uses reference"), std::string::npos);
   for (const Look& frame : looksOverTime(transparentLook(), *archive()))
-    EXPECT_NE(says(frame).find("reference answers"), std::string::npos);
+    EXPECT_NE(says(frame).find("uses reference"), std::string::npos);
 }
 
 TEST_F(Rendering, RecomposesNestedShellsExactly) {
@@ -233,7 +233,7 @@ TEST_F(Rendering, TurnedByNothingIsTheStoredView) {
   const Picture warped = picture(look);
   look.source = Source::Volume;
   const Picture volume = picture(look);
-  // A layer draws the pieces of its intervals together, so shells seen twice blend a little.
+  // A layer draws the segments of its intervals together, so shells seen twice blend a little.
   EXPECT_LT(meanDifference(warped, volume), 0.02);
   for (int y = 1; y + 1 < kSize.height; ++y) {
     for (int x = 1; x + 1 < kSize.width; ++x) {

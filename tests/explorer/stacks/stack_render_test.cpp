@@ -12,8 +12,8 @@
 #include "proxy/archive/archive.h"
 #include "proxy/base/error.h"
 #include "proxy/format/layout/field_layout.h"
-#include "proxy/gl/device.h"
 #include "proxy/format/layout/proxy_layout.h"
+#include "proxy/gl/device.h"
 #include "tests/explorer/synthetic.h"
 #include "tests/support/cpu_renderer.h"
 #include "tests/support/walked_stack.h"
@@ -132,7 +132,7 @@ TEST_F(StackRendering, AStackAnswersItsOwnView) {
   look.source = Source::Sliced;
   Renderer made = renderer();
   const Rendered rendered = made.render(look);
-  EXPECT_TRUE(says(rendered, "sliced answers: 8 slabs of"));
+  EXPECT_TRUE(says(rendered, "uses sliced: 8 slabs of"));
   EXPECT_GT(rendered.shares.data, 0.1);
   EXPECT_GT(rendered.shares.data + rendered.shares.interpolation, 0.9);
   look.trust = false;
@@ -141,7 +141,7 @@ TEST_F(StackRendering, AStackAnswersItsOwnView) {
       0.01);
   look.source = Source::Auto;
   look.colormap = "hot";
-  EXPECT_TRUE(says(made.render(look), "sliced answers"));
+  EXPECT_TRUE(says(made.render(look), "uses sliced"));
 }
 
 TEST_F(StackRendering, LongPixelsAreShownInSquareOnes) {
@@ -342,7 +342,7 @@ TEST_F(StackRendering, EnhancementIsForTheStoredView) {
   Look look = plainLook();
   look.enhance.on = true;
   Renderer made = renderer();
-  EXPECT_TRUE(says(made.render(look), "sliced answers"));
+  EXPECT_TRUE(says(made.render(look), "uses sliced"));
   look.rotate.azimuth = 20.0;
   try {
     made.render(look);
@@ -381,13 +381,13 @@ TEST_F(StackRendering, InfoStatesTheErrorOfEachStack) {
 TEST_F(StackRendering, TheRunsOwnPictureIsTakenOrNamedWhereItIsExact) {
   Renderer made = renderer();
   Look look = plainLook();
-  EXPECT_TRUE(says(made.render(look), "reference answers"));
+  EXPECT_TRUE(says(made.render(look), "uses reference"));
   EXPECT_TRUE(says(made.render(look), "it is exact"));
   look.clip = Box{glm::dvec3(-1.0), {1.0, 0.0, 1.0}};
-  EXPECT_TRUE(says(made.render(look), "sliced answers")) << "the reference cannot be cut";
+  EXPECT_TRUE(says(made.render(look), "uses sliced")) << "the reference cannot be cut";
   look = plainLook();
   look.colormap = "hot";
-  EXPECT_TRUE(says(made.render(look), "sliced answers"));
+  EXPECT_TRUE(says(made.render(look), "uses sliced"));
   EXPECT_FALSE(says(made.render(look), "it is exact"));
   look = plainLook();
   look.rotate.azimuth = 10.0;
@@ -420,16 +420,16 @@ TEST_F(StackRendering, AutoTakesStacksOrTheFieldByWhatTheyState) {
     return notes.find(words) != std::string::npos;
   };
   const std::string tight = noteOf({1, 1e-3}, "tight.cdb", turned);
-  EXPECT_TRUE(has(tight, "field answers")) << tight;
+  EXPECT_TRUE(has(tight, "uses field")) << tight;
   EXPECT_TRUE(has(tight, "field states: values within 0.1 % of the range")) << tight;
   EXPECT_TRUE(has(tight, "sliced states: values within 12.5 % of the range")) << tight;
   const std::string loose = noteOf({1, 0.3}, "loose.cdb", turned);
-  EXPECT_TRUE(has(loose, "sliced answers")) << loose;
+  EXPECT_TRUE(has(loose, "uses sliced")) << loose;
   EXPECT_TRUE(has(loose, "field states: values within 30 % of the range")) << loose;
   const std::string half = noteOf({2, 1e-3}, "half.cdb", clipped);
-  EXPECT_TRUE(has(half, "sliced answers")) << half;
+  EXPECT_TRUE(has(half, "uses sliced")) << half;
   EXPECT_TRUE(has(half, "field states: nothing bounds what is missing")) << half;
-  EXPECT_TRUE(has(noteOf({1, 1e-3}, "plain.cdb", plainLook()), "field answers"));
+  EXPECT_TRUE(has(noteOf({1, 1e-3}, "plain.cdb", plainLook()), "uses field"));
 }
 
 TEST(StackGrid, SeveralStacksAreTruerThanOne) {

@@ -11,7 +11,7 @@
 #include "explorer/inspect/probe.h"
 #include "explorer/stacks/run_profile.h"
 #include "explorer/stacks/slab_path.h"
-#include "explorer/stacks/stack_pieces.h"
+#include "explorer/stacks/stack_segments.h"
 #include "proxy/base/error.h"
 #include "tests/support/walked_stack.h"
 
@@ -282,22 +282,22 @@ TEST(StackRuns, KeepLengthsOfAnyStackInEitherWay) {
   }
 }
 
-TEST(StackPieces, PartsOfAnIntervalAddUpToItsRuns) {
+TEST(StackSegments, PartsOfAnIntervalAddUpToItsRuns) {
   const SlicedStack stack = randomStack(3);
   const RunLists runs = runsOfStack(stack);
   for (const int parts : {1, 3, 4}) {
     const FineChannels channels(*stack.header.partition, parts);
-    const PieceLists lists = piecesOfRuns(runs, channels, stack.header.statistics, 4.0);
+    const SegmentLists lists = segmentsOfRuns(runs, channels, stack.header.statistics, 4.0);
     for (std::size_t i = 0; i < stack.header.size.pixels(); ++i) {
       std::vector<double> want(kNoData + 1, 0.0), have(kNoData + 1, 0.0);
       for (std::size_t r = runs.first[i]; r < runs.first[i + 1]; ++r) {
         want[std::size_t(runs.rankAt(r))] += double(runs.length[r]);
       }
-      for (const Piece& piece : lists.at(i)) {
-        have[std::size_t(stack.header.partition->rankOf(channels.parent(piece.channel)))] +=
-            double(piece.amount);
+      for (const Segment& segment : lists.at(i)) {
+        have[std::size_t(stack.header.partition->rankOf(channels.parent(segment.channel)))] +=
+            double(segment.amount);
       }
-      want[kNoData] = 0.0;  // no data are no piece
+      want[kNoData] = 0.0;  // no data are no segment
       for (std::size_t k = 0; k < want.size(); ++k) {
         ASSERT_NEAR(have[k], want[k], 1e-3 * want[k] + 1e-6);
       }
@@ -305,21 +305,21 @@ TEST(StackPieces, PartsOfAnIntervalAddUpToItsRuns) {
   }
 }
 
-TEST(StackPieces, ASteadySlopeSpendsEqualLengthsInEqualParts) {
+TEST(StackSegments, ASteadySlopeSpendsEqualLengthsInEqualParts) {
   const SlicedStack stack = Line{{{0.0, -0.1}, {1.0, 1.1}}}.stack();
   const FineChannels channels(*stack.header.partition, 4);
-  const PieceLists lists = piecesOfRuns(runsOfStack(stack), channels, {}, 4.0);
+  const SegmentLists lists = segmentsOfRuns(runsOfStack(stack), channels, {}, 4.0);
   int part = 0;
-  for (const Piece& piece : lists.at(0)) {
-    if (channels.parent(piece.channel) >= kIntervals) continue;  // below, above
-    EXPECT_EQ(piece.channel, part++);
+  for (const Segment& segment : lists.at(0)) {
+    if (channels.parent(segment.channel) >= kIntervals) continue;  // below, above
+    EXPECT_EQ(segment.channel, part++);
     // 4 world units over 1.2 of value; levels of a slab are 1/32 of 0.8.
-    EXPECT_NEAR(piece.amount, 4.0 / 1.2 / kIntervals / 4.0, 0.2 * 0.14);
+    EXPECT_NEAR(segment.amount, 4.0 / 1.2 / kIntervals / 4.0, 0.2 * 0.14);
   }
   EXPECT_EQ(part, 4 * kIntervals);
 }
 
-TEST(StackPieces, FineMeansAverageToThoseOfIntervals) {
+TEST(StackSegments, FineMeansAverageToThoseOfIntervals) {
   const auto partition = IntervalPartition::uniform(-3.0, 5.0, kIntervals);
   TransferFunction function({{-3.0, 0.0}, {-1.0, 0.8}, {2.0, 0.1}, {5.0, 0.9}}, 0.7,
                             Colormap::named("viridis"), -3.0, 5.0);
@@ -340,18 +340,18 @@ TEST(RunProfile, StaysInItsIntervalAndMeetsItsBounds) {
   const RunLists runs = runsOfStack(stack);
   RunProfile profile(*stack.header.partition, stack.header.statistics);
   for (std::size_t i = 0; i < stack.header.size.pixels(); ++i) {
-    const auto& pieces = profile.of(runs, i);
-    ASSERT_EQ(pieces.size(), runs.first[i + 1] - runs.first[i]);
-    for (std::size_t p = 0; p < pieces.size(); ++p) {
+    const auto& segments = profile.of(runs, i);
+    ASSERT_EQ(segments.size(), runs.first[i + 1] - runs.first[i]);
+    for (std::size_t p = 0; p < segments.size(); ++p) {
       for (int j = 0; j <= 20; ++j) {
-        const float y = pieces[p].at(float(j) / 20.0f);
+        const float y = segments[p].at(float(j) / 20.0f);
         ASSERT_GE(y, 0.0f);
         ASSERT_LE(y, 1.0f);
       }
-      if (p == 0 || pieces[p].rank == kNoData || pieces[p - 1].rank == kNoData) continue;
-      if (std::abs(pieces[p].rank - pieces[p - 1].rank) != 1) continue;
-      ASSERT_NEAR(profile.value(pieces[p - 1].rank, pieces[p - 1].at(1.0f)),
-                  profile.value(pieces[p].rank, pieces[p].at(0.0f)), 1e-5);
+      if (p == 0 || segments[p].rank == kNoData || segments[p - 1].rank == kNoData) continue;
+      if (std::abs(segments[p].rank - segments[p - 1].rank) != 1) continue;
+      ASSERT_NEAR(profile.value(segments[p - 1].rank, segments[p - 1].at(1.0f)),
+                  profile.value(segments[p].rank, segments[p].at(0.0f)), 1e-5);
     }
   }
 }

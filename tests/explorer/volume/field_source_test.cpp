@@ -81,7 +81,7 @@ TEST(FieldSource, AnswersEverythingWhereNothingElseIsStored) {
   Look look = someLook();
   look.trust = true;
   const Rendered front = renderer.render(look);
-  EXPECT_TRUE(noted(front, "field answers: 48 x 48 x 48 samples"));
+  EXPECT_TRUE(noted(front, "uses field: 48 x 48 x 48 samples"));
   EXPECT_GT(front.shares.data, 0.9);
   // A ball looks the same from everywhere.
   look.trust = false;
@@ -118,21 +118,21 @@ TEST(FieldSource, AutoTakesItWhereItStatesLessError) {
   Renderer renderer(device(), std::make_shared<Archive>(folder.path() / "a.cdb"));
   Look look = someLook();
   const Rendered first = renderer.render(look);
-  EXPECT_TRUE(noted(first, "field answers"));
+  EXPECT_TRUE(noted(first, "uses field"));
   EXPECT_TRUE(noted(first, "field states: values within"));
   EXPECT_TRUE(noted(first, "length states: values within"));
   EXPECT_TRUE(noted(first, "their order along a ray is not stored"));
   // What only lengths can do they do, and say what is truer.
   look.order = Order::Mean;
   const Rendered ordered = renderer.render(look);
-  EXPECT_TRUE(noted(ordered, "length answers"));
+  EXPECT_TRUE(noted(ordered, "uses length"));
   EXPECT_TRUE(noted(ordered, "look key 'order' is not for the field, which is truer"));
   look.order = Order::Auto;
   look.source = Source::Volume;
-  EXPECT_TRUE(noted(renderer.render(look), "length answers"));
+  EXPECT_TRUE(noted(renderer.render(look), "uses length"));
   look.source = Source::Auto;
   look.clip = Box{{-1.0, -1.0, -1.0}, {1.0, 0.0, 1.0}};
-  EXPECT_TRUE(noted(renderer.render(look), "field answers"));
+  EXPECT_TRUE(noted(renderer.render(look), "uses field"));
   look.source = Source::Volume;
   EXPECT_THROW(renderer.render(look), Error);
 }

@@ -13,8 +13,8 @@
 
 #include "proxy/archive/archive.h"
 #include "proxy/base/error.h"
+#include "proxy/format/layout/analytic_layers_layout.h"
 #include "proxy/format/layout/field_layout.h"
-#include "proxy/format/layout/layered_layout.h"
 #include "proxy/format/layout/proxy_layout.h"
 #include "proxy/format/layout/sliced_stack.h"
 
@@ -199,11 +199,12 @@ inline SlicedStack someStack(ProxyHeader h) {
 /// Two layers in every other pixel.
 inline ProxyImage someLayers(ProxyHeader h) {
   const std::size_t pixels = h.size.pixels();
-  LayeredPlanes planes{2, std::vector<float>(3 * pixels), std::vector<float>(6 * pixels),
-                       std::vector<float>(2 * pixels), std::vector<LayeredState>(pixels)};
+  AnalyticLayerPlanes planes{2, std::vector<float>(3 * pixels), std::vector<float>(6 * pixels),
+                             std::vector<float>(2 * pixels),
+                             std::vector<AnalyticLayerState>(pixels)};
   const DepthRange range = depthRange(h.camera, h.domain);
   for (std::size_t p = 0; p < pixels; p += 2) {
-    planes.state[p] = LayeredState::Whole;
+    planes.state[p] = AnalyticLayerState::Whole;
     for (std::size_t b = 0; b < 3; ++b)
       planes.boundary[b * pixels + p] =
           float(range.low + (range.high - range.low) * (0.2 + 0.3 * double(b)));

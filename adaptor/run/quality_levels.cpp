@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "adaptor/run/ladder.h"
+#include "adaptor/run/quality_levels.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "proxy/format/layout/field_layout.h"
 #include "proxy/format/image/proxy_image.h"
+#include "proxy/format/layout/field_layout.h"
 
 namespace vestige {
 namespace {
@@ -240,26 +240,26 @@ std::vector<Chain> chainsOf(Config& config, const StepExtent& extent) {
 
 }  // namespace
 
-std::vector<Rung> ladderOf(const Config& given, const StepExtent& extent) {
+std::vector<Level> qualityLevelsOf(const Config& given, const StepExtent& extent) {
   if (!given.budget.any()) return {{{}, given}};
   Config config = given;
   const std::vector<Chain> chains = chainsOf(config, extent);
   std::size_t length = 1;
   for (const Chain& chain : chains) length = std::max(length, chain.size());
-  std::vector<Rung> ladder;
+  std::vector<Level> levels;
   for (std::size_t i = 0; i < length; ++i) {
-    Rung rung{{{}, extent.features}, config};
+    Level level{{{}, extent.features}, config};
     for (const Chain& chain : chains) {
       // Shorter chains go down as evenly, to end with the longest.
       const Setting& setting =
           chain[length == 1 ? 0 : (i * (chain.size() - 1) + (length - 1) / 2) / (length - 1)];
-      setting.apply(rung.config);
-      rung.name += (rung.name.empty() ? "" : "; ") + setting.name;
-      for (std::size_t t = 0; t < rung.bytes.size(); ++t) rung.bytes[t] += setting.bytes[t];
+      setting.apply(level.config);
+      level.name += (level.name.empty() ? "" : "; ") + setting.name;
+      for (std::size_t t = 0; t < level.bytes.size(); ++t) level.bytes[t] += setting.bytes[t];
     }
-    ladder.push_back(std::move(rung));
+    levels.push_back(std::move(level));
   }
-  return ladder;
+  return levels;
 }
 
 Tier tierOf(std::string_view kind) {

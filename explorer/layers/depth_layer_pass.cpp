@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "explorer/layers/layer_pass.h"
+#include "explorer/layers/depth_layer_pass.h"
 
 #include <algorithm>
 #include <array>
@@ -86,9 +86,9 @@ LayerTextures::LayerTextures(const LayerPlanes& planes)
   }
 }
 
-LayerPass::LayerPass() = default;
+DepthLayerPass::DepthLayerPass() = default;
 
-const gl::Program& LayerPass::program(
+const gl::Program& DepthLayerPass::program(
     const std::string& name, std::string_view vertex, std::string_view fragment,
     const std::vector<std::pair<std::string, std::string>>& defines) {
   const auto found = programs_.find(name);
@@ -96,7 +96,7 @@ const gl::Program& LayerPass::program(
   return programs_.emplace(name, gpu::program(vertex, fragment, defines)).first->second;
 }
 
-gl::Texture LayerPass::light(const LayerTextures& layers, const LightSetup& setup) {
+gl::Texture DepthLayerPass::light(const LayerTextures& layers, const LightSetup& setup) {
   const gl::Functions& gl = gl::functions();
   gl::Texture result = gpu::textureArray(GL_RGBA32F, layers.size, layers.count);
   const gl::Program& lit = program("light", embedded::fullscreen_vert, embedded::light_frag);
@@ -136,8 +136,8 @@ gl::Texture LayerPass::light(const LayerTextures& layers, const LightSetup& setu
   return result;
 }
 
-gl::Texture LayerPass::customized(const LayerTextures& layers, const gl::Texture& colors,
-                                  const CustomTextures& custom) {
+gl::Texture DepthLayerPass::customized(const LayerTextures& layers, const gl::Texture& colors,
+                                       const CustomTextures& custom) {
   const gl::Functions& gl = gl::functions();
   gl::Texture result = gpu::textureArray(GL_RGBA32F, layers.size, layers.count);
   const gl::Program& pass =
@@ -160,9 +160,9 @@ gl::Texture LayerPass::customized(const LayerTextures& layers, const gl::Texture
   return result;
 }
 
-WarpedView LayerPass::warp(const LayerTextures& layers, const gl::Texture& colors,
-                           const gl::Texture* light, const Camera& target, ImageSize size,
-                           bool unseen, const Stretch& stretch) {
+WarpedView DepthLayerPass::warp(const LayerTextures& layers, const gl::Texture& colors,
+                                const gl::Texture* light, const Camera& target, ImageSize size,
+                                bool unseen, const Stretch& stretch) {
   const gl::Functions& gl = gl::functions();
   const gl::Texture newColors = gpu::textureArray(GL_RGBA32F, size, layers.count);
   const gl::Texture newPositions = gpu::textureArray(GL_RGBA32F, size, layers.count);

@@ -8,7 +8,7 @@
 namespace vestige {
 
 /// A view that a pass has drawn.
-struct DrawnView {
+struct RenderedView {
   Picture picture;           ///< premultiplied linear RGBA
   std::vector<float> depth;  ///< [pixel] planar Z, +inf = nothing there
   std::vector<float> guess;  ///< [pixel] share of the light that is a guess, in [0, 1]
@@ -19,6 +19,6 @@ struct DrawnView {
 
 /// Reads the bound target: attachment 0 = colour, 1 = (planar depth, > 1e29 = nothing there; share
 /// of guess). Inside Device::run.
-DrawnView readDrawnView(ImageSize size);
+RenderedView readDrawnView(ImageSize size);
 
 }  // namespace vestige

@@ -10,12 +10,12 @@
 #include "explorer/gpu/probed_rays.h"
 #include "explorer/picture/picture.h"
 #include "explorer/picture/stretch.h"
-#include "proxy/format/layout/layered_layout.h"
+#include "proxy/format/layout/analytic_layers_layout.h"
 
 namespace vestige {
 
 /// Piecewise-analytic layers of one view as the GPU holds them (method §2).
-struct LayeredTextures {
+struct AnalyticLayerTextures {
   Camera camera;
   ImageSize size;
   Box domain;
@@ -27,11 +27,11 @@ struct LayeredTextures {
   gl::Texture tiles;  ///< RGBA32F: nearest and farthest level of 8 x 8 pixels; some saturated
 
   /// Of a proxy whose values are in their ranges.
-  LayeredTextures(const ProxyHeader& header, const LayeredPlanes& planes);
+  AnalyticLayerTextures(const ProxyHeader& header, const AnalyticLayerPlanes& planes);
 };
 
 /// A view of layers.
-struct LayeredView {
+struct AnalyticLayerView {
   Picture picture;           ///< premultiplied linear RGBA
   std::vector<float> guess;  ///< [pixel] share of the light that came by space that is not stored
 };
@@ -40,14 +40,14 @@ struct LayeredView {
 /// perspective cameras on both sides. At the stored view the picture is the stored one to rounding.
 /// Space that is not stored, behind saturated rays and outside of the stored picture, is empty and
 /// counts as a guess. Made, used and destroyed in Device::run.
-class LayeredPass {
+class AnalyticLayerPass {
  public:
   /// The guess is left out unless it is asked for. `custom` may be null: factors and shifts at the
   /// middle of each stretch of a ray in a layer. `target` is in the scene of `stretch`; optical
   /// depths are those of lengths in the world.
-  LayeredView render(const LayeredTextures& layers, const Camera& target, ImageSize size,
-                     bool guess = true, const CustomTextures* custom = nullptr,
-                     const Stretch& stretch = {});
+  AnalyticLayerView render(const AnalyticLayerTextures& layers, const Camera& target,
+                           ImageSize size, bool guess = true,
+                           const CustomTextures* custom = nullptr, const Stretch& stretch = {});
 
  private:
   const gl::Program& program(int layers, bool custom);

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "explorer/gpu/custom_textures.h"
-#include "explorer/gpu/drawn_view.h"
 #include "explorer/gpu/gpu.h"
 #include "explorer/gpu/light.h"
+#include "explorer/gpu/rendered_view.h"
 #include "explorer/picture/look.h"
 #include "explorer/picture/stretch.h"
 #include "proxy/camera/box.h"
@@ -43,13 +43,13 @@ struct LayerTextures {
 };
 
 /// A rotated view of depth layers; depth: of the nearest sampled surface.
-using WarpedView = DrawnView;
+using WarpedView = RenderedView;
 
 /// Relighting [Tikhonova 2010, §5], proxy ambient occlusion (eq. 5) and view synthesis by
 /// warping the layers as meshes with one vertex a pixel. Made, used and destroyed in Device::run.
-class LayerPass {
+class DepthLayerPass {
  public:
-  LayerPass();
+  DepthLayerPass();
   /// [layer] rgb = diffuse and ambient light, a = specular.
   gl::Texture light(const LayerTextures& layers, const LightSetup& setup);
   /// `colors` with factors and shifts of a customisation at the place of each pixel's surface.

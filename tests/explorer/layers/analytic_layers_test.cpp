@@ -7,7 +7,7 @@
 #include <glm/trigonometric.hpp>
 #include <random>
 
-#include "explorer/layers/layered_pass.h"
+#include "explorer/layers/analytic_layer_pass.h"
 #include "explorer/renderer/renderer.h"
 #include "proxy/base/error.h"
 #include "proxy/format/layout/proxy_layout.h"
@@ -31,10 +31,10 @@ ProxyHeader headerOf(Projection projection, const Box& domain = {{-1, -2, 3}, {1
   return header;
 }
 
-LayeredPlanes emptyPlanes(int layers) {
+AnalyticLayerPlanes emptyPlanes(int layers) {
   const std::size_t pixels = kSize.pixels(), k = std::size_t(layers);
   return {layers, std::vector<float>((k + 1) * pixels), std::vector<float>(3 * k * pixels),
-          std::vector<float>(k * pixels), std::vector<LayeredState>(pixels)};
+          std::vector<float>(k * pixels), std::vector<AnalyticLayerState>(pixels)};
 }
 
 /// Where the ray of a pixel is in the domain, as planar depths; near > far: nowhere.
@@ -53,15 +53,15 @@ std::pair<double, double> depthsInDomain(const ProxyHeader& header, std::size_t 
 }
 
 /// Layers anywhere along the rays, of any thickness and opacity.
-LayeredPlanes randomPlanes(const ProxyHeader& header, int layers) {
-  LayeredPlanes planes = emptyPlanes(layers);
+AnalyticLayerPlanes randomPlanes(const ProxyHeader& header, int layers) {
+  AnalyticLayerPlanes planes = emptyPlanes(layers);
   const std::size_t pixels = kSize.pixels();
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   for (std::size_t p = 0; p < pixels; ++p) {
     const auto [near, far] = depthsInDomain(header, p, header.camera);
     if (!(near < far) || p % 7 == 0) continue;
-    planes.state[p] = LayeredState::Whole;
+    planes.state[p] = AnalyticLayerState::Whole;
     std::vector<double> at;
     for (int i = 0; i <= layers; ++i) at.push_back(near + unit(random) * (far - near));
     std::sort(at.begin(), at.end());
@@ -78,15 +78,15 @@ LayeredPlanes randomPlanes(const ProxyHeader& header, int layers) {
 }
 
 /// The medium of extinction `extinction` and one colour that fills the domain.
-LayeredPlanes uniformPlanes(const ProxyHeader& header, int layers, double extinction) {
-  LayeredPlanes planes = emptyPlanes(layers);
+AnalyticLayerPlanes uniformPlanes(const ProxyHeader& header, int layers, double extinction) {
+  AnalyticLayerPlanes planes = emptyPlanes(layers);
   const std::size_t pixels = kSize.pixels();
   for (std::size_t p = 0; p < pixels; ++p) {
     const auto [near, far] = depthsInDomain(header, p, header.camera);
     if (!(near < far)) continue;
     const Ray ray = header.camera.rayThrough(
         {double(p % kSize.width) + 0.5, double(p / kSize.width) + 0.5}, kSize);
-    planes.state[p] = LayeredState::Whole;
+    planes.state[p] = AnalyticLayerState::Whole;
     for (int i = 0; i <= layers; ++i)
       planes.boundary[std::size_t(i) * pixels + p] = float(near + (far - near) * i / layers);
     const double tau = extinction * (far - near) / layers / ray.depthPerLength;
@@ -98,11 +98,12 @@ LayeredPlanes uniformPlanes(const ProxyHeader& header, int layers, double extinc
   return planes;
 }
 
-LayeredView render(const ProxyHeader& header, const LayeredPlanes& planes, const Camera& target) {
-  LayeredView view;
+AnalyticLayerView render(const ProxyHeader& header, const AnalyticLayerPlanes& planes,
+                         const Camera& target) {
+  AnalyticLayerView view;
   device()->run([&] {
-    LayeredPass pass;
-    view = pass.render(LayeredTextures(header, planes), target, kSize);
+    AnalyticLayerPass pass;
+    view = pass.render(AnalyticLayerTextures(header, planes), target, kSize);
   });
   return view;
 }
@@ -117,9 +118,9 @@ TEST(Layered, TheStoredViewIsTheStoredPicture) {
     for (const int layers : {1, 4, 6, 8, 16}) {
       const ProxyHeader header = headerOf(projection);
       // As they are stored: no layer is thinner than a step.
-      const LayeredPlanes planes =
+      const AnalyticLayerPlanes planes =
           layeredPlanes(layeredImage(header, randomPlanes(header, layers)));
-      const LayeredView view = render(header, planes, header.camera);
+      const AnalyticLayerView view = render(header, planes, header.camera);
       const std::size_t pixels = kSize.pixels();
       for (std::size_t p = 0; p < pixels; ++p) {
         double light[3] = {}, left = 1.0;
@@ -141,12 +142,12 @@ TEST(Layered, AUniformMediumIsExponentialFromEverySide) {
   constexpr double kExtinction = 0.7;
   for (const Projection stored : {Projection::Orthographic, Projection::Perspective}) {
     const ProxyHeader header = headerOf(stored);
-    const LayeredPlanes planes = uniformPlanes(header, 4, kExtinction);
+    const AnalyticLayerPlanes planes = uniformPlanes(header, 4, kExtinction);
     for (const Projection seen : {Projection::Orthographic, Projection::Perspective}) {
       for (const double azimuth : {10.0, 45.0, 90.0, 135.0, 180.0}) {
         ProxyHeader from = headerOf(seen);
         const Camera target = turned(from, azimuth, 0.3 * azimuth);
-        const LayeredView view = render(header, planes, target);
+        const AnalyticLayerView view = render(header, planes, target);
         double sum = 0.0, worst = 0.0;
         int inside = 0;
         for (std::size_t p = 0; p < kSize.pixels(); ++p) {
@@ -171,15 +172,15 @@ TEST(Layered, AUniformMediumIsExponentialFromEverySide) {
 }
 
 /// Two opaque plates, red before blue, in the middle half of the picture; saturated.
-LayeredPlanes plates(const ProxyHeader& header) {
-  LayeredPlanes planes = emptyPlanes(2);
+AnalyticLayerPlanes plates(const ProxyHeader& header) {
+  AnalyticLayerPlanes planes = emptyPlanes(2);
   const std::size_t pixels = kSize.pixels();
   const DepthRange range = depthRange(header.camera, header.domain);
   const double extent = range.high - range.low;
   for (int y = 14; y < 26; ++y) {
     for (int x = 16; x < 32; ++x) {
       const std::size_t p = std::size_t(y) * kSize.width + std::size_t(x);
-      planes.state[p] = LayeredState::Saturated;
+      planes.state[p] = AnalyticLayerState::Saturated;
       for (std::size_t i = 0; i < 3; ++i)
         planes.boundary[i * pixels + p] = float(range.low + (0.45 + 0.04 * double(i)) * extent);
       planes.tau[p] = planes.tau[pixels + p] = 6.0f;
@@ -192,19 +193,19 @@ LayeredPlanes plates(const ProxyHeader& header) {
 
 TEST(Layered, OrderFlipsFromBehindAndWhatWasHiddenIsAGuess) {
   const ProxyHeader header = headerOf(Projection::Orthographic, {{-1, -1, -1}, {1, 1, 1}});
-  const LayeredPlanes planes = plates(header);
+  const AnalyticLayerPlanes planes = plates(header);
   const std::size_t middle = std::size_t(20 * kSize.width + 24);
-  const LayeredView front = render(header, planes, header.camera);
+  const AnalyticLayerView front = render(header, planes, header.camera);
   EXPECT_GT(front.picture.rgba[4 * middle], 0.99f);
   EXPECT_LT(front.picture.rgba[4 * middle + 2], 0.01f);
   EXPECT_LT(front.guess[middle], 0.05f);
-  const LayeredView back = render(header, planes, turned(header, 180.0));
+  const AnalyticLayerView back = render(header, planes, turned(header, 180.0));
   EXPECT_LT(back.picture.rgba[4 * middle], 0.01f);
   EXPECT_GT(back.picture.rgba[4 * middle + 2], 0.99f);
   EXPECT_EQ(back.guess[middle], 1.0f) << "anything may be behind the plates";
   // Beside the plates everything was seen, from behind as well; nothing is drawn into the void.
   EXPECT_EQ(back.guess[std::size_t(20 * kSize.width + 40)], 0.0f);
-  const LayeredView side = render(header, planes, turned(header, 60.0));
+  const AnalyticLayerView side = render(header, planes, turned(header, 60.0));
   int drawn = 0, guesses = 0, both = 0;
   for (std::size_t p = 0; p < kSize.pixels(); ++p) {
     const bool opaque = side.picture.rgba[4 * p + 3] > 0.5f, guess = side.guess[p] > 0.5f;
@@ -222,10 +223,10 @@ TEST(Layered, OrderFlipsFromBehindAndWhatWasHiddenIsAGuess) {
 TEST(Layered, WhatThePictureDoesNotShowIsAGuess) {
   ProxyHeader header = headerOf(Projection::Orthographic, {{-1, -1, -1}, {1, 1, 1}});
   header.camera.viewHeight *= 0.5;
-  const LayeredPlanes planes = emptyPlanes(3);
+  const AnalyticLayerPlanes planes = emptyPlanes(3);
   Camera wide = header.camera;
   wide.viewHeight *= 2.0;
-  const LayeredView view = render(header, planes, wide);
+  const AnalyticLayerView view = render(header, planes, wide);
   EXPECT_EQ(view.guess[std::size_t(20 * kSize.width + 24)], 0.0f);
   EXPECT_EQ(view.guess[std::size_t(20 * kSize.width + 9)], 1.0f);
   EXPECT_EQ(view.guess[0], 0.0f) << "outside of the domain there is nothing to know";
@@ -243,8 +244,7 @@ TEST(Layered, AnswersRotatedViewsOfAnArchiveThatHoldsNothingElse) {
   look.trust = true;
   const Rendered stored = renderer.render(look);
   ASSERT_FALSE(stored.notes.empty());
-  EXPECT_NE(stored.notes[0].find("layered answers: 2 piecewise-analytic layers"),
-            std::string::npos);
+  EXPECT_NE(stored.notes[0].find("uses layered: 2 piecewise-analytic layers"), std::string::npos);
   EXPECT_EQ(stored.shares.guess, 0.0);
   look.rotate.azimuth = 40.0;
   const Rendered rotated = renderer.render(look);

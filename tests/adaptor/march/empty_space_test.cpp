@@ -22,14 +22,14 @@ double objects(glm::dvec3 p) {
   return ball({0.3, 0.4, 0.4}, 0.2) + ball({0.65, 0.7, 0.5}, 0.13) + 0.4 * sheet * p.x;
 }
 
-class PassOver : public testing::TestWithParam<std::string> {
+class EmptySpaceSkipping : public testing::TestWithParam<std::string> {
  protected:
   Marcher marcher{sharedDevice(GetParam())};
 
   void expectNoDifference(const Scene& scene, MarchRequest request) {
-    request.passOver = true;
+    request.skipEmptySpace = true;
     const RayImage with = marchWhole(marcher, scene, request);
-    request.passOver = false;
+    request.skipEmptySpace = false;
     const RayImage without = marchWhole(marcher, scene, request);
     EXPECT_EQ(with.entry, without.entry);
     EXPECT_EQ(with.exit, without.exit);
@@ -52,10 +52,10 @@ class PassOver : public testing::TestWithParam<std::string> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Backends, PassOver, testing::Values("osmesa", "egl"),
+INSTANTIATE_TEST_SUITE_P(Backends, EmptySpaceSkipping, testing::Values("osmesa", "egl"),
                          [](const auto& backend) { return backend.param; });
 
-TEST_P(PassOver, FromEverySide) {
+TEST_P(EmptySpaceSkipping, FromEverySide) {
   const Scene scene = Scene::even({67, 61, 70}, kUnit, objects);
   const ImageSize size{90, 70};
   for (const auto projection :
@@ -68,7 +68,7 @@ TEST_P(PassOver, FromEverySide) {
   }
 }
 
-TEST_P(PassOver, LitReference) {
+TEST_P(EmptySpaceSkipping, LitReference) {
   const Scene scene = Scene::even({64, 64, 64}, kUnit, objects);
   const ImageSize size{64, 64};
   auto request = requestAll(kUnit, 0.0, 1.0, 12,
@@ -77,7 +77,7 @@ TEST_P(PassOver, LitReference) {
   expectNoDifference(scene, request);
 }
 
-TEST_P(PassOver, ACalmThatIsNotQuiteConstant) {
+TEST_P(EmptySpaceSkipping, ACalmThatIsNotQuiteConstant) {
   const Scene scene = Scene::even({60, 60, 60}, kUnit, [](glm::dvec3 p) {
     return objects(p) + 0.01 * std::sin(5.0 * p.x) * std::cos(4.0 * p.y + p.z);
   });
@@ -87,7 +87,7 @@ TEST_P(PassOver, ACalmThatIsNotQuiteConstant) {
                                 camera(Projection::Orthographic, {0.2, 1.0, 0.1}, size), size));
 }
 
-TEST_P(PassOver, NodesThatAreNotEven) {
+TEST_P(EmptySpaceSkipping, NodesThatAreNotEven) {
   Scene scene = Scene::even({64, 60, 66}, kUnit, objects);
   for (double& x : scene.nodes[0]) x = x * x * (2.0 - x);
   for (double& z : scene.nodes[2]) z = 0.5 * (z + std::sqrt(z));
@@ -98,7 +98,7 @@ TEST_P(PassOver, NodesThatAreNotEven) {
   }
 }
 
-TEST_P(PassOver, RegionsWithoutData) {
+TEST_P(EmptySpaceSkipping, RegionsWithoutData) {
   const auto holes = [](glm::dvec3 p) {
     if (p.x > 0.75 || glm::length(p - glm::dvec3(0.5, 0.2, 0.7)) < 0.1) {
       return std::numeric_limits<double>::quiet_NaN();
@@ -112,7 +112,7 @@ TEST_P(PassOver, RegionsWithoutData) {
       requestAll(kUnit, 0.0, 1.0, 8, camera(Projection::Perspective, {0.6, 1.0, 0.3}, size), size));
 }
 
-TEST_P(PassOver, EveryProxyAlone) {
+TEST_P(EmptySpaceSkipping, EveryProxyAlone) {
   const Scene scene = Scene::even({64, 64, 64}, kUnit, objects);
   const ImageSize size{64, 64};
   for (int kind = 0; kind < 5; ++kind) {
@@ -127,7 +127,7 @@ TEST_P(PassOver, EveryProxyAlone) {
   }
 }
 
-TEST_P(PassOver, BlocksThatAreAllBackground) {
+TEST_P(EmptySpaceSkipping, BlocksThatAreAllBackground) {
   const Scene scene = Scene::even({65, 65, 65}, kUnit, objects);
   const ImageSize size{80, 60};
   auto request = requestAll(kUnit, 0.0, 1.0, 8,

@@ -4,7 +4,7 @@
 // the new view is a line in the stored picture: its pixels are walked, in each the ray crosses some
 // of the pixel's layers, homogeneous media that have a closed form, front to back.
 //
-// LayeredPass defines LAYERS (count) and CUSTOM.
+// AnalyticLayerPass defines LAYERS (count) and CUSTOM.
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -12,7 +12,7 @@ precision highp sampler2DArray;
 precision highp usampler2DArray;
 
 // Boundaries as levels of depth in 16 bits, eight a texel; after the last one the pixel's state
-// (LayeredState).
+// (AnalyticLayerState).
 uniform usampler2DArray boundaries;
 uniform sampler2DArray media;  // per layer: light per opacity, extinction per unit of length
 uniform sampler2D tiles;       // per kTile^2 pixels: nearest, farthest level; z = 1: some saturated

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "explorer/recomposition/edit_pass.h"
-#include "explorer/recomposition/pieces.h"
+#include "explorer/recomposition/segments.h"
 #include "explorer/stacks/stack_runs.h"
 #include "proxy/transfer/transfer_function.h"
 
@@ -12,7 +12,7 @@ namespace vestige {
 /// data. A continuous transfer function is averaged over a part, not over the interval.
 class FineChannels {
  public:
-  /// As many parts as PieceLists can name, at most kMostParts.
+  /// As many parts as SegmentLists can name, at most kMostParts.
   explicit FineChannels(const IntervalPartition& partition);
   FineChannels(const IntervalPartition& partition, int parts);
 
@@ -39,11 +39,11 @@ class FineChannels {
   int parts_;
 };
 
-/// The runs of a stack as pieces that EditPass recomposes: a run is divided where its profile
+/// The runs of a stack as segments that EditPass recomposes: a run is divided where its profile
 /// (RunProfile) passes from a part of its interval to the next; parts of a run keep its length. No
-/// data are no piece. Nothing is ambiguous: what depends on an uncertain order shows by comparing
-/// with the pieces of runsOfStack(stack, Uncertain::Reversed).
-PieceLists piecesOfRuns(const RunLists& runs, const FineChannels& channels,
-                        const FieldStatistics& statistics, double unit);
+/// data are no segment. Nothing is ambiguous: what depends on an uncertain order shows by comparing
+/// with the segments of runsOfStack(stack, Uncertain::Reversed).
+SegmentLists segmentsOfRuns(const RunLists& runs, const FineChannels& channels,
+                            const FieldStatistics& statistics, double unit);
 
 }  // namespace vestige

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "explorer/recomposition/pieces.h"
+#include "explorer/recomposition/segments.h"
 
 #include <algorithm>
 #include <array>
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "explorer/recomposition/piece_builder.h"
 #include "explorer/recomposition/run_order.h"
+#include "explorer/recomposition/segment_builder.h"
 
 namespace vestige {
 namespace {
@@ -79,18 +79,18 @@ float amountValue(std::uint32_t bits) {
   return std::bit_cast<float>((bits << kDroppedBits) + kLeastBits);
 }
 
-std::vector<Piece> PieceLists::at(std::size_t pixel) const {
-  std::vector<Piece> pieces;
-  if (first[pixel] == kNone) return pieces;
+std::vector<Segment> SegmentLists::at(std::size_t pixel) const {
+  std::vector<Segment> segments;
+  if (first[pixel] == kNone) return segments;
   for (std::size_t i = first[pixel];; ++i) {
     const std::uint32_t entry = entries[i];
-    pieces.push_back({int(entry >> 16 & kMostChannel), float(amountValue(entry & 0xffffu) * unit),
-                      (entry & kAmbiguous) != 0, (entry & kMixed) != 0});
-    if (entry & kLast) return pieces;
+    segments.push_back({int(entry >> 16 & kMostChannel), float(amountValue(entry & 0xffffu) * unit),
+                        (entry & kAmbiguous) != 0, (entry & kMixed) != 0});
+    if (entry & kLast) return segments;
   }
 }
 
-PieceLists piecesFromLength(const LengthPlanes& planes, Order wanted) {
+SegmentLists segmentsFromLength(const LengthPlanes& planes, Order wanted) {
   const Order order = resolvedOrder(wanted, planes.header.size);
   const IntervalPartition& partition = planes.partition();
   const ImageSize size = planes.header.size;
@@ -100,11 +100,11 @@ PieceLists piecesFromLength(const LengthPlanes& planes, Order wanted) {
   // In diagonals amounts are between 0 and 1, where a half is precise to 2^-11 of any of them.
   const double diagonal = planes.header.domain.diagonal();
   const double unit = diagonal > 0.0 ? diagonal : 1.0;
-  // No data is transparent: never a piece, but it takes its place along the ray.
+  // No data is transparent: never a segment, but it takes its place along the ray.
   StoredRays rays(planes, order == Order::Runs);
-  return buildPieceLists(
+  return buildSegmentLists(
       size, unit,
-      [=, &planes, &partition, &camera](std::size_t i, std::vector<Piece>& out) mutable {
+      [=, &planes, &partition, &camera](std::size_t i, std::vector<Segment>& out) mutable {
         const std::span<RayInterval> ray = rays.at(i);
         if (ray.empty()) return;
         if (order == Order::Mean) {
@@ -133,9 +133,9 @@ std::vector<int> nestedOrder(const IntervalPartition& partition) {
   return order;
 }
 
-PieceLists piecesFromAttenuation(const AttenuationPlanes& planes, std::span<const int> order) {
+SegmentLists segmentsFromAttenuation(const AttenuationPlanes& planes, std::span<const int> order) {
   constexpr double kDeepest = 60.0;  // 1 - A below 1e-26 is opaque whatever the factor
-  return buildPieceLists(planes.header.size, 1.0, [&](std::size_t i, std::vector<Piece>& out) {
+  return buildSegmentLists(planes.header.size, 1.0, [&](std::size_t i, std::vector<Segment>& out) {
     double left = 1.0;
     for (int k : order) {
       const Plane& plane = planes.attenuation[std::size_t(k)];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "adaptor/volume/base_table.h"
+#include "adaptor/volume/preintegrated_table.h"
 
 #include <algorithm>
 #include <cmath>
@@ -75,8 +75,8 @@ std::vector<Piece> merged(std::vector<Piece> pieces, double tolerance) {
 
 }  // namespace
 
-BaseTable::BaseTable(const TransferFunction& base, const IntervalPartition& partition,
-                     double scale) {
+PreintegratedTable::PreintegratedTable(const TransferFunction& base,
+                                       const IntervalPartition& partition, double scale) {
   // The partition's range, and beyond it as far as the function goes on changing, within reason:
   // values that far outside are all "below" or "above".
   double first = 0.0, last = 1.0;
@@ -159,7 +159,7 @@ BaseTable::BaseTable(const TransferFunction& base, const IntervalPartition& part
   cells.insert(cells.end(), further.begin(), further.end());
 }
 
-std::pair<glm::vec4, float> BaseTable::pieceAt(float value) const {
+std::pair<glm::vec4, float> PreintegratedTable::pieceAt(float value) const {
   const float x = value * cellsPerValue + cellOfZero;
   const float cell = std::floor(std::clamp(x, 0.0f, lastCell));
   float u = x - cell, from = 0.0f;
@@ -174,12 +174,12 @@ std::pair<glm::vec4, float> BaseTable::pieceAt(float value) const {
   return {t, u - from};
 }
 
-float BaseTable::integral(float value) const {
+float PreintegratedTable::integral(float value) const {
   const auto [t, u] = pieceAt(value);
   return t.x + u * (t.y + u * t.z);
 }
 
-bool BaseTable::transparent(float low, float high) const {
+bool PreintegratedTable::transparent(float low, float high) const {
   // Where both integrals are the same number there may still be a little between them.
   const auto clear = [this](float value) {
     const auto [t, u] = pieceAt(value);

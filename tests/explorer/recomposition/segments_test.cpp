@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "explorer/recomposition/pieces.h"
+#include "explorer/recomposition/segments.h"
 
 #include <gtest/gtest.h>
 
@@ -18,9 +18,10 @@ namespace {
 
 constexpr ImageSize kSize{33, 29};
 
-double lengthOf(const std::vector<Piece>& pieces, int channel) {
+double lengthOf(const std::vector<Segment>& segments, int channel) {
   double sum = 0.0;
-  for (const Piece& piece : pieces) sum += piece.channel == channel ? double(piece.amount) : 0.0;
+  for (const Segment& segment : segments)
+    sum += segment.channel == channel ? double(segment.amount) : 0.0;
   return sum;
 }
 
@@ -38,37 +39,37 @@ TEST(PackedAmounts, KeepNothingNegativeAndNothingInfinite) {
   EXPECT_EQ(amountBits(1e30f), 0xffffu);
 }
 
-TEST(PiecesFromLength, KeepTheLengthOfEveryChannelInEveryOrder) {
+TEST(SegmentsFromLength, KeepTheLengthOfEveryChannelInEveryOrder) {
   const ProxyImage proxy = synthetic::lengthProxy(kSize);
   for (Order order : {Order::Mean, Order::Runs}) {
-    const PieceLists lists = piecesFromLength(lengthPlanes(proxy), order);
+    const SegmentLists lists = segmentsFromLength(lengthPlanes(proxy), order);
     for (std::size_t i = 0; i < kSize.pixels(); ++i) {
-      const std::vector<Piece> pieces = lists.at(i);
+      const std::vector<Segment> segments = lists.at(i);
       for (int k = 0; k < proxy.header.partition->noData(); ++k) {
         const float stored = proxy.part("length").channels[std::size_t(k)].values[i];
-        ASSERT_NEAR(lengthOf(pieces, k), stored, 2e-3 * stored + 1e-6) << "pixel " << i;
+        ASSERT_NEAR(lengthOf(segments, k), stored, 2e-3 * stored + 1e-6) << "pixel " << i;
       }
     }
   }
 }
 
-TEST(PiecesFromLength, FollowTheRunsOfNestedShells) {
+TEST(SegmentsFromLength, FollowTheRunsOfNestedShells) {
   const ProxyImage proxy = synthetic::lengthProxy(kSize);
-  const PieceLists lists = piecesFromLength(lengthPlanes(proxy), Order::Runs);
+  const SegmentLists lists = segmentsFromLength(lengthPlanes(proxy), Order::Runs);
   for (int y = 0; y < kSize.height; ++y) {
     for (int x = 0; x < kSize.width; ++x) {
-      const auto truth = synthetic::truePieces(proxy.header, x, y);
-      const auto pieces = lists.at(std::size_t(y * kSize.width + x));
-      ASSERT_EQ(pieces.size(), truth.size()) << x << ", " << y;
+      const auto truth = synthetic::trueSegments(proxy.header, x, y);
+      const auto segments = lists.at(std::size_t(y * kSize.width + x));
+      ASSERT_EQ(segments.size(), truth.size()) << x << ", " << y;
       for (std::size_t i = 0; i < truth.size(); ++i) {
-        EXPECT_EQ(pieces[i].channel, truth[i].channel);
-        EXPECT_NEAR(pieces[i].amount, truth[i].amount, 5e-3);
+        EXPECT_EQ(segments[i].channel, truth[i].channel);
+        EXPECT_NEAR(segments[i].amount, truth[i].amount, 5e-3);
       }
     }
   }
 }
 
-TEST(PiecesFromLength, SortByMeanDepthWhereEveryChannelHasOneRun) {
+TEST(SegmentsFromLength, SortByMeanDepthWhereEveryChannelHasOneRun) {
   ProxyImage proxy = synthetic::lengthProxy({2, 1});
   for (ProxyPart& part : proxy.parts) {
     for (Channel& channel : part.channels) channel.values = {0.0f, 0.0f};
@@ -79,18 +80,18 @@ TEST(PiecesFromLength, SortByMeanDepthWhereEveryChannelHasOneRun) {
     proxy.parts[1].channels[k].values[1] = float(depth[k]);
     proxy.parts[2].channels[k].values[1] = 1.0f;
   }
-  const PieceLists lists = piecesFromLength(lengthPlanes(proxy), Order::Mean);
+  const SegmentLists lists = segmentsFromLength(lengthPlanes(proxy), Order::Mean);
   EXPECT_TRUE(lists.at(0).empty());
-  const std::vector<Piece> pieces = lists.at(1);
-  ASSERT_EQ(pieces.size(), 4u);
-  EXPECT_EQ(pieces[0].channel, 1);
-  EXPECT_EQ(pieces[1].channel, 3);
-  EXPECT_EQ(pieces[2].channel, 0);
-  EXPECT_EQ(pieces[3].channel, 2);
-  for (const Piece& piece : pieces) EXPECT_FALSE(piece.ambiguous);
+  const std::vector<Segment> segments = lists.at(1);
+  ASSERT_EQ(segments.size(), 4u);
+  EXPECT_EQ(segments[0].channel, 1);
+  EXPECT_EQ(segments[1].channel, 3);
+  EXPECT_EQ(segments[2].channel, 0);
+  EXPECT_EQ(segments[3].channel, 2);
+  for (const Segment& segment : segments) EXPECT_FALSE(segment.ambiguous);
 }
 
-TEST(PiecesFromAttenuation, RecoverOpacitiesInTheGlobalOrder) {
+TEST(SegmentsFromAttenuation, RecoverOpacitiesInTheGlobalOrder) {
   // Three nested channels with known opacities, in the order in which they are met.
   ProxyImage proxy = synthetic::attenuationProxy({1, 1});
   for (Channel& channel : proxy.parts[0].channels) channel.values = {0.0f};
@@ -101,26 +102,26 @@ TEST(PiecesFromAttenuation, RecoverOpacitiesInTheGlobalOrder) {
     left *= 1.0 - opacity[k];
   }
   const auto planes = attenuationPlanes(proxy);
-  const std::vector<Piece> pieces =
-      piecesFromAttenuation(planes, nestedOrder(planes.partition())).at(0);
-  ASSERT_EQ(pieces.size(), 3u);
+  const std::vector<Segment> segments =
+      segmentsFromAttenuation(planes, nestedOrder(planes.partition())).at(0);
+  ASSERT_EQ(segments.size(), 3u);
   for (std::size_t k = 0; k < 3; ++k) {
-    EXPECT_EQ(pieces[k].channel, int(k));
-    EXPECT_NEAR(pieces[k].amount, -std::log(1.0 - opacity[k]), 1e-3);
+    EXPECT_EQ(segments[k].channel, int(k));
+    EXPECT_NEAR(segments[k].amount, -std::log(1.0 - opacity[k]), 1e-3);
   }
 }
 
-TEST(PiecesFromAttenuation, GiveNothingToWhatLiesBehindAnOpaqueChannel) {
+TEST(SegmentsFromAttenuation, GiveNothingToWhatLiesBehindAnOpaqueChannel) {
   ProxyImage proxy = synthetic::attenuationProxy({1, 1});
   for (Channel& channel : proxy.parts[0].channels) channel.values = {0.0f};
   proxy.parts[0].channels[0].values[0] = 1.0f;     // all the light
   proxy.parts[0].channels[1].values[0] = 0.0002f;  // rounding: 0/0 would follow
   const auto planes = attenuationPlanes(proxy);
-  const std::vector<Piece> pieces =
-      piecesFromAttenuation(planes, nestedOrder(planes.partition())).at(0);
-  ASSERT_EQ(pieces.size(), 1u);
-  EXPECT_EQ(pieces[0].channel, 0);
-  EXPECT_TRUE(std::isfinite(pieces[0].amount));
+  const std::vector<Segment> segments =
+      segmentsFromAttenuation(planes, nestedOrder(planes.partition())).at(0);
+  ASSERT_EQ(segments.size(), 1u);
+  EXPECT_EQ(segments[0].channel, 0);
+  EXPECT_TRUE(std::isfinite(segments[0].amount));
 }
 
 TEST(Decode, NamesThePartThatIsMissing) {
@@ -175,9 +176,9 @@ TEST(Decode, RefusesValuesOutOfTheirRangeNamingFileAndChannel) {
     const auto decode = [&] {
       ViewData data(archive, row->cycle, row->view, row->field);
       if (kind == kind::kLength)
-        data.pieces(Via::Length, Order::Runs);
+        data.segments(Via::Length, Order::Runs);
       else if (kind == kind::kAttenuation)
-        data.pieces(Via::Attenuation, Order::Mean);
+        data.segments(Via::Attenuation, Order::Mean);
       else if (kind == kind::kDepth)
         data.layers();
       else

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "proxy/format/layout/layered_layout.h"
+#include "proxy/format/layout/analytic_layers_layout.h"
 
 #include <fmt/format.h>
 
@@ -42,7 +42,7 @@ void riseInLevels(std::array<double, kMostLayers + 1>& levels, int count) {
   }
 }
 
-ProxyPart boundaryPart(const ProxyHeader& header, const LayeredPlanes& planes) {
+ProxyPart boundaryPart(const ProxyHeader& header, const AnalyticLayerPlanes& planes) {
   const std::size_t pixels = header.size.pixels();
   const int count = planes.layers + 1;
   const DepthRange range = depthRange(header.camera, header.domain);
@@ -56,7 +56,7 @@ ProxyPart boundaryPart(const ProxyHeader& header, const LayeredPlanes& planes) {
   for (int i = 0; i < count; ++i) part.channels.push_back(halfChannel(boundaryName(i), pixels));
   std::array<double, kMostLayers + 1> levels{};
   for (std::size_t p = 0; p < pixels; ++p) {
-    if (planes.state[p] == LayeredState::Empty) continue;
+    if (planes.state[p] == AnalyticLayerState::Empty) continue;
     for (int i = 0; i < count; ++i) {
       levels[std::size_t(i)] = (double(planes.boundary[std::size_t(i) * pixels + p]) - zero) / step;
     }
@@ -69,13 +69,13 @@ ProxyPart boundaryPart(const ProxyHeader& header, const LayeredPlanes& planes) {
 }
 
 /// Values >= 0 of pixels that are not empty.
-Channel quantised(std::string name, const float* plane, const LayeredPlanes& planes, double step,
-                  double most) {
+Channel quantised(std::string name, const float* plane, const AnalyticLayerPlanes& planes,
+                  double step, double most) {
   Channel channel = halfChannel(std::move(name), planes.state.size());
   const Quantiser quantise(step);
   for (std::size_t i = 0; i < planes.state.size(); ++i) {
     const double value = plane[i];
-    if (value > 0.0 && planes.state[i] != LayeredState::Empty)
+    if (value > 0.0 && planes.state[i] != AnalyticLayerState::Empty)
       channel.values[i] = quantise(std::min(value, most));
   }
   return channel;
@@ -83,7 +83,7 @@ Channel quantised(std::string name, const float* plane, const LayeredPlanes& pla
 
 }  // namespace
 
-ProxyImage layeredImage(ProxyHeader header, const LayeredPlanes& planes) {
+ProxyImage layeredImage(ProxyHeader header, const AnalyticLayerPlanes& planes) {
   header.kind = kind::kLayered;
   const ImageSize size = header.size;
   const int layers = planes.layers;
@@ -132,8 +132,8 @@ int layersOf(const ProxyImage& image) {
   return tau ? int(tau->channels.size()) : 0;
 }
 
-LayeredPlanes layeredPlanes(const ProxyImage& image) {
-  LayeredPlanes planes;
+AnalyticLayerPlanes layeredPlanes(const ProxyImage& image) {
+  AnalyticLayerPlanes planes;
   planes.layers = layersOf(image);
   if (planes.layers < 1 || planes.layers > kMostLayers)
     throw Error(ErrorCode::Format,
@@ -154,7 +154,7 @@ LayeredPlanes layeredPlanes(const ProxyImage& image) {
   }
   for (int i = 0; i <= planes.layers; ++i) append(planes.boundary, "boundaries", boundaryName(i));
   for (const float state : image.channel("state", "state").values)
-    planes.state.push_back(LayeredState(int(state)));
+    planes.state.push_back(AnalyticLayerState(int(state)));
   return planes;
 }
 

@@ -5,13 +5,13 @@
 #include <string_view>
 #include <vector>
 
-#include "adaptor/run/budget.h"
 #include "adaptor/config/config.h"
+#include "adaptor/run/budget.h"
 
 namespace vestige {
 
 /// A complete setting of a step, and where it stands.
-struct Rung : RungEstimate {
+struct Level : LevelEstimate {
   Config config;
 };
 
@@ -22,7 +22,7 @@ struct StepExtent {
   int views = 1;
   /// Pixels of the stacks that a configuration makes, all together.
   std::function<double(const Config&)> stackPixels;
-  TierBytes features{};  ///< of classifiers, which no rung changes
+  TierBytes features{};  ///< of classifiers, which no level changes
 };
 
 /// The settings that [budget] may choose among, from what the configuration asks for downwards; one
@@ -33,7 +33,7 @@ struct StepExtent {
 /// Keys that the configuration gives (Config::fixed) stay as they are. Where it gives bytes but no
 /// proxies the tier is free too: the reduced field or stacks, whichever the frontier has for this
 /// extent.
-std::vector<Rung> ladderOf(const Config& config, const StepExtent& extent);
+std::vector<Level> qualityLevelsOf(const Config& config, const StepExtent& extent);
 
 /// The tier of a proxy, by its name in archives.
 Tier tierOf(std::string_view kind);

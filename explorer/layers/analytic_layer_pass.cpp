@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "explorer/layers/layered_pass.h"
+#include "explorer/layers/analytic_layer_pass.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
 
+#include "analytic_layers_frag.embed.h"
 #include "fullscreen_vert.embed.h"
-#include "layered_frag.embed.h"
 #include "proxy/base/error.h"
 #include "proxy/base/parallel.h"
 #include "proxy/format/layout/proxy_layout.h"
@@ -19,7 +19,7 @@ namespace {
 /// ones neighbours differ too much (turbulence at 1024^2 takes half of the time, at 512^2 more).
 constexpr double kTolerance = 1.0 / 256.0;
 constexpr std::size_t kProbed = std::size_t(1) << 19;
-constexpr int kTile = 8;  ///< as in layered.frag
+constexpr int kTile = 8;  ///< as in analytic_layers.frag
 constexpr double kLevels = 65535.0;
 /// Rays end where less light is left: a little more than saturated ones leave.
 constexpr float kOpaque = float(2.0 * kSaturatedTransmittance);
@@ -126,7 +126,8 @@ double lengthPerDepth(const Camera& camera, ImageSize size, int x, int y) {
 
 }  // namespace
 
-LayeredTextures::LayeredTextures(const ProxyHeader& header, const LayeredPlanes& planes)
+AnalyticLayerTextures::AnalyticLayerTextures(const ProxyHeader& header,
+                                             const AnalyticLayerPlanes& planes)
     : camera(header.camera),
       size(header.size),
       domain(header.domain),
@@ -156,7 +157,7 @@ LayeredTextures::LayeredTextures(const ProxyHeader& header, const LayeredPlanes&
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
       const std::size_t p = std::size_t(y) * width + std::size_t(x);
-      if (planes.state[p] == LayeredState::Empty) continue;
+      if (planes.state[p] == AnalyticLayerState::Empty) continue;
       const float near = float(levelOf(0, p)), far = float(levelOf(layers, p));
       for (int ty = std::max(y - 1, 0) / kTile; ty <= std::min(y + 1, size.height - 1) / kTile;
            ++ty) {
@@ -166,7 +167,7 @@ LayeredTextures::LayeredTextures(const ProxyHeader& header, const LayeredPlanes&
                         4 * (std::size_t(ty) * std::size_t(tileCount.width) + std::size_t(tx));
           tile[0] = std::min(tile[0], near);
           tile[1] = std::max(tile[1], far);
-          if (planes.state[p] == LayeredState::Saturated) tile[2] = 1.0f;
+          if (planes.state[p] == AnalyticLayerState::Saturated) tile[2] = 1.0f;
         }
       }
     }
@@ -182,7 +183,7 @@ LayeredTextures::LayeredTextures(const ProxyHeader& header, const LayeredPlanes&
     for (int slot = first; slot < std::min(first + 8, layers + 2); ++slot) {
       const int shift = 16 * (slot & 1);
       for (std::size_t p = 0; p < pixels; ++p) {
-        if (planes.state[p] == LayeredState::Empty) continue;
+        if (planes.state[p] == AnalyticLayerState::Empty) continue;
         const std::uint32_t value =
             slot <= layers ? levelOf(slot, p) : std::uint32_t(planes.state[p]);
         packed[4 * p + std::size_t(slot - first) / 2] |= value << shift;
@@ -200,7 +201,7 @@ LayeredTextures::LayeredTextures(const ProxyHeader& header, const LayeredPlanes&
         float* out = medium.data() + 4 * p;
         std::fill_n(out, 4, 0.0f);
         const double tau = planes.tau[at + p];
-        if (planes.state[p] == LayeredState::Empty || !(tau > 0.0)) continue;
+        if (planes.state[p] == AnalyticLayerState::Empty || !(tau > 0.0)) continue;
         const double opacity = -std::expm1(-tau);
         for (std::size_t c = 0; c < 3; ++c) {
           out[c] = float(double(planes.color[(3 * std::size_t(layer) + c) * pixels + p]) / opacity);
@@ -216,19 +217,21 @@ LayeredTextures::LayeredTextures(const ProxyHeader& header, const LayeredPlanes&
   gl::checkErrors("uploading layers");
 }
 
-const gl::Program& LayeredPass::program(int layers, bool custom) {
+const gl::Program& AnalyticLayerPass::program(int layers, bool custom) {
   const std::pair key(layers, custom);
   const auto found = programs_.find(key);
   if (found != programs_.end()) return found->second;
   std::vector<std::pair<std::string, std::string>> defines{{"LAYERS", std::to_string(layers)}};
   if (custom) defines.emplace_back("CUSTOM", "1");
   return programs_
-      .emplace(key, gpu::program(embedded::fullscreen_vert, embedded::layered_frag, defines))
+      .emplace(key,
+               gpu::program(embedded::fullscreen_vert, embedded::analytic_layers_frag, defines))
       .first->second;
 }
 
-LayeredView LayeredPass::render(const LayeredTextures& layers, const Camera& target, ImageSize size,
-                                bool guess, const CustomTextures* custom, const Stretch& stretch) {
+AnalyticLayerView AnalyticLayerPass::render(const AnalyticLayerTextures& layers,
+                                            const Camera& target, ImageSize size, bool guess,
+                                            const CustomTextures* custom, const Stretch& stretch) {
   const gl::Functions& gl = gl::functions();
   const gl::Program& cast = program(layers.layers, custom);
   cast.use();
@@ -287,7 +290,7 @@ LayeredView LayeredPass::render(const LayeredTextures& layers, const Camera& tar
     gl.Uniform1f(cast.uniform("pixelStep"), pixelStep);
     gpu::drawFullscreen(empty_);
   });
-  LayeredView view;
+  AnalyticLayerView view;
   view.picture = {size, gpu::readFloats(size, 0)};
   if (guess) {
     const std::vector<float> values = gpu::readFloats(size, 1);

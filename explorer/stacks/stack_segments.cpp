@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "explorer/stacks/stack_pieces.h"
+#include "explorer/stacks/stack_segments.h"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
 
-#include "explorer/recomposition/piece_builder.h"
+#include "explorer/recomposition/segment_builder.h"
 #include "explorer/stacks/run_profile.h"
 
 namespace vestige {
@@ -64,34 +64,34 @@ ChannelTable FineChannels::table(const TransferFunction& function) const {
   return table;
 }
 
-PieceLists piecesOfRuns(const RunLists& runs, const FineChannels& channels,
-                        const FieldStatistics& statistics, double unit) {
+SegmentLists segmentsOfRuns(const RunLists& runs, const FineChannels& channels,
+                            const FieldStatistics& statistics, double unit) {
   const int parts = channels.parts();
-  return buildPieceLists(
+  return buildSegmentLists(
       runs.size, unit,
       [&runs, &channels, parts, profile = RunProfile(channels.partition(), statistics)](
-          std::size_t pixel, std::vector<Piece>& out) mutable {
+          std::size_t pixel, std::vector<Segment>& out) mutable {
         const int noData = profile.noData(), last = noData - 1;
-        for (const ProfilePiece& piece : profile.of(runs, pixel)) {
-          if (piece.rank == noData) continue;
-          if (piece.rank == 0 || piece.rank == last || parts == 1) {
-            out.push_back({channels.channel(piece.rank, 0), piece.length});
+        for (const ProfileSegment& segment : profile.of(runs, pixel)) {
+          if (segment.rank == noData) continue;
+          if (segment.rank == 0 || segment.rank == last || parts == 1) {
+            out.push_back({channels.channel(segment.rank, 0), segment.length});
             continue;
           }
-          const float step = piece.length / kSteps;
+          const float step = segment.length / kSteps;
           int part = -1;
           float length = 0.0f;
           for (int j = 0; j < kSteps; ++j) {
-            const float y = piece.at((float(j) + 0.5f) / kSteps);
+            const float y = segment.at((float(j) + 0.5f) / kSteps);
             const int here = std::min(int(y * float(parts)), parts - 1);
             if (here != part) {
-              if (part >= 0) out.push_back({channels.channel(piece.rank, part), length});
+              if (part >= 0) out.push_back({channels.channel(segment.rank, part), length});
               part = here;
               length = 0.0f;
             }
             length += step;
           }
-          out.push_back({channels.channel(piece.rank, part), length});
+          out.push_back({channels.channel(segment.rank, part), length});
         }
       });
 }

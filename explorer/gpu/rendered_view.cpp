@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "explorer/gpu/drawn_view.h"
+#include "explorer/gpu/rendered_view.h"
 
 #include <limits>
 
@@ -7,8 +7,8 @@
 
 namespace vestige {
 
-DrawnView readDrawnView(ImageSize size) {
-  DrawnView view;
+RenderedView readDrawnView(ImageSize size) {
+  RenderedView view;
   view.picture = {size, gpu::readFloats(size, 0)};
   const std::vector<float> values = gpu::readFloats(size, 1);
   view.depth.resize(size.pixels());

@@ -14,7 +14,7 @@ namespace vestige {
 /// where a cell is too coarse for the function's points in it, a piece from each to the next.
 /// Extinction is linear in a cell or piece with the function's own mean, so optical depth between
 /// any two of their ends is the function's, however narrow its spikes.
-struct BaseTable {
+struct PreintegratedTable {
   float cellsPerValue = 1.0f, cellOfZero = 0.0f, lastCell = 1.0f;
   /// Per cell: (S = ∫ extinction up to it, extinction * cell, half its rise in a cell, texel of the
   /// next piece or 0); extinction is per local unit. The first and the last cell go on for ever.
@@ -28,7 +28,8 @@ struct BaseTable {
   float colorRate = 0.0f;  ///< greatest change of a colour's component in a cell
 
   /// `scale` = world units in a local one.
-  BaseTable(const TransferFunction& base, const IntervalPartition& partition, double scale);
+  PreintegratedTable(const TransferFunction& base, const IntervalPartition& partition,
+                     double scale);
   /// ∫ extinction up to a normalised value.
   float integral(float value) const;
   /// Nothing between two values, ends included, has any extinction.

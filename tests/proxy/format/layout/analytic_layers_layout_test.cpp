@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "proxy/format/layout/layered_layout.h"
+#include "proxy/format/layout/analytic_layers_layout.h"
 
 #include <random>
 
@@ -14,17 +14,17 @@ namespace {
 constexpr ImageSize kSize{20, 14};
 
 /// Layers of all states, some thinner than a step of storage, some beyond the far end.
-LayeredPlanes somePlanes(const ProxyHeader& header, int layers) {
+AnalyticLayerPlanes somePlanes(const ProxyHeader& header, int layers) {
   const std::size_t pixels = header.size.pixels();
   const auto k = std::size_t(layers);
-  LayeredPlanes planes{layers, std::vector<float>((k + 1) * pixels),
-                       std::vector<float>(3 * k * pixels), std::vector<float>(k * pixels),
-                       std::vector<LayeredState>(pixels)};
+  AnalyticLayerPlanes planes{layers, std::vector<float>((k + 1) * pixels),
+                             std::vector<float>(3 * k * pixels), std::vector<float>(k * pixels),
+                             std::vector<AnalyticLayerState>(pixels)};
   const DepthRange range = depthRange(header.camera, header.domain);
   std::mt19937 random(7);
   std::uniform_real_distribution<float> unit(0.0f, 1.0f);
   for (std::size_t p = 0; p < pixels; ++p) {
-    planes.state[p] = LayeredState(p % 3);
+    planes.state[p] = AnalyticLayerState(p % 3);
     double depth = range.low + 0.3 * unit(random) * (range.high - range.low);
     for (std::size_t i = 0; i <= k; ++i) {
       planes.boundary[i * pixels + p] = float(std::min(depth, range.high));
@@ -56,12 +56,12 @@ ProxyImage stored(const ProxyImage& image, const Folder& folder) {
 TEST(LayeredLayout, ValuesSurviveStorageToTheStatedErrors) {
   const Folder folder;
   for (const int layers : {1, 4, 8, kMostLayers}) {
-    const LayeredPlanes planes = somePlanes(header(), layers);
+    const AnalyticLayerPlanes planes = somePlanes(header(), layers);
     const ProxyImage image = layeredImage(header(), planes);
     EXPECT_EQ(problemsOf(image), std::vector<std::string>{});
     const ProxyImage read = stored(image, folder);
     EXPECT_EQ(read.header.shading, "unlit");
-    const LayeredPlanes back = layeredPlanes(read);
+    const AnalyticLayerPlanes back = layeredPlanes(read);
     ASSERT_EQ(back.layers, layers);
     EXPECT_EQ(back.state, planes.state);
     const std::size_t pixels = kSize.pixels();
@@ -70,7 +70,7 @@ TEST(LayeredLayout, ValuesSurviveStorageToTheStatedErrors) {
       const double error = read.part(part).error;
       ASSERT_EQ(a.size(), b.size());
       for (std::size_t i = 0; i < a.size(); ++i) {
-        if (planes.state[i % pixels] == LayeredState::Empty) {
+        if (planes.state[i % pixels] == AnalyticLayerState::Empty) {
           EXPECT_EQ(a[i], 0.0f);
         } else {
           EXPECT_NEAR(a[i], b[i], error * (1.0 + 1e-6)) << part << " " << i;
@@ -81,7 +81,7 @@ TEST(LayeredLayout, ValuesSurviveStorageToTheStatedErrors) {
     near(back.color, planes.color, "layer00");
     near(back.tau, planes.tau, "tau");
     for (std::size_t i = pixels; i < back.boundary.size(); ++i) {
-      if (planes.state[i % pixels] == LayeredState::Empty) continue;
+      if (planes.state[i % pixels] == AnalyticLayerState::Empty) continue;
       EXPECT_GT(back.boundary[i], back.boundary[i - pixels]) << "layers have a thickness";
     }
     // What is read is what was made, bit for bit.
@@ -92,7 +92,7 @@ TEST(LayeredLayout, ValuesSurviveStorageToTheStatedErrors) {
 }
 
 TEST(LayeredLayout, PlanesOfAnotherSizeAreRefused) {
-  LayeredPlanes planes = somePlanes(header(), 3);
+  AnalyticLayerPlanes planes = somePlanes(header(), 3);
   planes.tau.pop_back();
   expectError(ErrorCode::InvalidArgument, "tau has 839 values, 3 planes of 20 x 14 need 840",
               [&] { layeredImage(header(), planes); });

@@ -86,8 +86,8 @@ class Brush {
 
 std::vector<std::string> namesFrom(const std::string& text) {
   std::vector<std::string> names;
-  std::stringstream segments(text);
-  for (std::string segment; std::getline(segments, segment, ',');) names.push_back(segment);
+  std::stringstream parts(text);
+  for (std::string name; std::getline(parts, name, ',');) names.push_back(name);
   if (names.empty() || names.size() > Classifier::kMaxFields) {
     throw Error(ErrorCode::Config, fmt::format("--fields '{}' holds {} names, not 1 to {}", text,
                                                names.size(), Classifier::kMaxFields));

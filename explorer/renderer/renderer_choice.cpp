@@ -77,7 +77,7 @@ Look Renderer::Impl::withoutTurn(const Look& look, long cycle, const std::string
     still.view = view;
     still.size = size;
     target = camera;
-    out.notes.push_back("uses view \'" + view + "\': it looks within " +
+    out.notes.push_back("uses view '" + view + "': it looks within " +
                         degreesBetween(forward, target.forward) +
                         " degrees of the direction asked for, which moves nothing by half a pixel");
     return still;
@@ -150,7 +150,7 @@ std::shared_ptr<ViewData> Renderer::Impl::sourceFor(const Look& look, long cycle
     best = &view;
   }
   if (!best) return base;
-  out.notes.push_back("uses view \'" + best->name + "\': it looks within " +
+  out.notes.push_back("uses view '" + best->name + "': it looks within " +
                       degreesBetween(best->camera.forward, target.forward) +
                       " degrees of the direction asked for");
   return best->name == base->header().view ? base : views->get(cycle, best->name, field);

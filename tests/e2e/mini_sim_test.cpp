@@ -138,9 +138,10 @@ TEST_F(MiniSim, ASmallBudgetTakesALowerLevelThatInfoNames) {
   const auto outcome = simulate({"--steps", "10", "--every", "5", "--config", "budget.toml"});
   ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
   const auto info = explore({"info", "plume.cdb"});
-  EXPECT_NE(info.out.find("; budget of 24000 bytes a step: level "), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("; budget of 24000 bytes a step: quality level "), std::string::npos)
+      << info.out;
   EXPECT_NE(info.out.find("(one stack of "), std::string::npos) << info.out;
-  EXPECT_EQ(info.out.find("level 1 of"), std::string::npos) << info.out;
+  EXPECT_EQ(info.out.find("quality level 1 of"), std::string::npos) << info.out;
   EXPECT_TRUE(checkArchive(folder_ / "plume.cdb").empty());
 }
 

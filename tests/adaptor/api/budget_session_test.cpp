@@ -56,7 +56,7 @@ TEST(BudgetSession, StepsGoDownUntilTheyFitAndSayWhere) {
       ASSERT_EQ(run.step(Sample(), cycle), VESTIGE_OK) << run.error();
     }
     EXPECT_TRUE(run.logged("more than [budget] bytes_per_step"));
-    EXPECT_TRUE(run.logged("it is made again at level"));
+    EXPECT_TRUE(run.logged("it is made again at quality level"));
     EXPECT_EQ(std::count_if(run.log.begin(), run.log.end(),
                             [](const std::string& line) {
                               return line.find("made again") != std::string::npos;
@@ -70,11 +70,12 @@ TEST(BudgetSession, StepsGoDownUntilTheyFitAndSayWhere) {
   for (const long cycle : archive.cycles()) {
     EXPECT_LE(bytesOfStep(archive, cycle), whole / 2);
     const std::string text = provenanceOf(archive, cycle);
-    EXPECT_NE(text.find("; budget of " + std::to_string(whole / 2) + " bytes a step: level "),
-              std::string::npos)
+    EXPECT_NE(
+        text.find("; budget of " + std::to_string(whole / 2) + " bytes a step: quality level "),
+        std::string::npos)
         << text;
     EXPECT_NE(text.find(" slabs, "), std::string::npos) << text;
-    EXPECT_EQ(text.find("level 1 of"), std::string::npos) << text;
+    EXPECT_EQ(text.find("quality level 1 of"), std::string::npos) << text;
   }
   EXPECT_EQ(filesOf(folder / "a.cdb"), filesOf(folder / "b.cdb")) << "bytes alone: no timing";
 }
@@ -128,7 +129,7 @@ TEST(BudgetSession, DryRunsSayWhichLevelTheyWouldTake) {
   Simulation run(folder / "a.cdb",
                  "dry_run = true\n" + budgeted("'1 MB'\ntime_share = 0.5", kStacks));
   ASSERT_EQ(run.step(Sample(), 1), VESTIGE_OK) << run.error();
-  EXPECT_TRUE(run.logged("dry run: [budget] takes level "));
+  EXPECT_TRUE(run.logged("dry run: [budget] takes quality level "));
   EXPECT_TRUE(run.logged("dry run: [budget] time_share = 0.5 allows such a step every "));
   EXPECT_FALSE(std::filesystem::exists(folder / "a.cdb"));
 }

@@ -106,10 +106,10 @@ TEST(Budget, FirstStepGoesStraightToTheLevelThatIsExpectedToFit) {
   EXPECT_EQ(run.step([](int level) { return 400.0 / (1 << level); }), 2);
   EXPECT_EQ(run.made, 2);
   ASSERT_EQ(run.news.size(), 1u);
-  EXPECT_EQ(
-      run.news[0],
-      "cycle 1 has 0.0004 MB at level 1 of 5 (r0), more than [budget] bytes_per_step = 0.0001 "
-      "MB: it is made again at level 3 of 5 (r2)");
+  EXPECT_EQ(run.news[0],
+            "cycle 1 has 0.0004 MB at quality level 1 of 5 (r0), more than [budget] bytes_per_step "
+            "= 0.0001 "
+            "MB: it is made again at quality level 3 of 5 (r2)");
 }
 
 TEST(Budget, EqualStepsSettleOnOneLevelForGood) {
@@ -218,8 +218,9 @@ TEST(Budget, CadenceThatIsAskedForGivesWayToCheaperLevelsInTheEnd) {
   EXPECT_NEAR(stored, 1000 / 4.5, 5.0);
   // The first level's costs are known: it is not tried again.
   EXPECT_EQ(run.budget.level(), 2);
-  EXPECT_EQ(std::count_if(run.news.begin() + std::ptrdiff_t(changes), run.news.end(),
-                          [](const std::string& line) { return line.find("level") != line.npos; }),
+  EXPECT_EQ(std::count_if(
+                run.news.begin() + std::ptrdiff_t(changes), run.news.end(),
+                [](const std::string& line) { return line.find("quality level") != line.npos; }),
             0);
   // A solver that becomes slower leaves room.
   simulate(run, 4000, 50.0, seconds);
@@ -269,24 +270,22 @@ StepExtent extentOf(double side) {
   return extent;
 }
 
-std::vector<Level> ladderFor(const std::string& text, double side = 256.0) {
+std::vector<Level> levelsFor(const std::string& text, double side = 256.0) {
   return qualityLevelsOf(configFromText(text, "run.toml"), extentOf(side));
 }
 
 constexpr const char* kBytes = "[budget]\nbytes_per_step = '1 MB'\n";
 
 TEST(QualityLevels, WithoutABudgetIsWhatTheConfigurationSays) {
-  const auto levelsOf = ladderFor("[image]\nproxies = ['sliced', 'mip']\n");
+  const auto levelsOf = levelsFor("[image]\nproxies = ['sliced', 'mip']\n");
   ASSERT_EQ(levelsOf.size(), 1u);
-  EXPECT_TRUE(levelsOf[0].config.mip && levelsOf[0].config.sliced &&
-              !levelsOf[0].config.length);
+  EXPECT_TRUE(levelsOf[0].config.mip && levelsOf[0].config.sliced && !levelsOf[0].config.length);
 }
 
 TEST(QualityLevels, BeginsWithWhatIsAskedForAndTakesFewerBytesAtEachLevel) {
   for (const char* proxies : {"'sliced'", "'field'", "'length', 'depth'", "'layered', 'reference'",
                               "'sliced', 'reference', 'field', 'length', 'layered'"}) {
-    const auto levelsOf =
-        ladderFor(std::string(kBytes) + "[image]\nproxies = [" + proxies + "]\n");
+    const auto levelsOf = levelsFor(std::string(kBytes) + "[image]\nproxies = [" + proxies + "]\n");
     ASSERT_GT(levelsOf.size(), 2u) << proxies;
     EXPECT_EQ(levelsOf[0].config.size, (ImageSize{512, 512}));
     EXPECT_EQ(levelsOf[0].config.fieldTolerance, 0.01);
@@ -303,54 +302,52 @@ TEST(QualityLevels, BeginsWithWhatIsAskedForAndTakesFewerBytesAtEachLevel) {
         EXPECT_LT(sumOf(levelsOf[i].bytes), sumOf(levelsOf[i - 1].bytes)) << proxies;
       }
       // The tiers that are asked for stay.
-      EXPECT_EQ(levelsOf[i].config.sliced.has_value(),
-                levelsOf[0].config.sliced.has_value());
+      EXPECT_EQ(levelsOf[i].config.sliced.has_value(), levelsOf[0].config.sliced.has_value());
       EXPECT_EQ(levelsOf[i].config.field, levelsOf[0].config.field);
       EXPECT_EQ(levelsOf[i].config.length, levelsOf[0].config.length);
     }
     EXPECT_EQ(names.size(), levelsOf.size()) << "each has a name of its own";
-    EXPECT_LT(sumOf(levelsOf.back().bytes), 0.2 * sumOf(levelsOf.front().bytes))
-        << proxies;
+    EXPECT_LT(sumOf(levelsOf.back().bytes), 0.2 * sumOf(levelsOf.front().bytes)) << proxies;
   }
 }
 
 TEST(QualityLevels, LeavesWhatTheConfigurationFixes) {
   const std::string sliced = std::string(kBytes) + "[image]\nproxies = ['sliced']\n[sliced]\n";
-  for (const Level& level : ladderFor(sliced + "slabs = 24\n")) {
+  for (const Level& level : levelsFor(sliced + "slabs = 24\n")) {
     EXPECT_EQ(level.config.sliced->slabs, 24);
   }
-  for (const Level& level : ladderFor(sliced + "levels = 128\nstacks = 'left'\n")) {
+  for (const Level& level : levelsFor(sliced + "levels = 128\nstacks = 'left'\n")) {
     EXPECT_EQ(level.config.sliced->levels, 128);
     EXPECT_EQ(level.config.sliced->stacks, "left");
   }
-  for (const Level& level : ladderFor(sliced + "pixels = 300\n")) {
+  for (const Level& level : levelsFor(sliced + "pixels = 300\n")) {
     EXPECT_EQ(level.config.sliced->pixels, 300);
   }
-  EXPECT_EQ(ladderFor(sliced + "slabs = 20\nlevels = 32\nstacks = 'axes'\npixels = 512\n").size(),
+  EXPECT_EQ(levelsFor(sliced + "slabs = 20\nlevels = 32\nstacks = 'axes'\npixels = 512\n").size(),
             1u);
   const std::string field = std::string(kBytes) + "[image]\nproxies = ['field']\n[reduced_field]\n";
-  for (const Level& level : ladderFor(field + "tolerance = 0.05\n")) {
+  for (const Level& level : levelsFor(field + "tolerance = 0.05\n")) {
     EXPECT_EQ(level.config.fieldTolerance, 0.05);
   }
-  for (const Level& level : ladderFor(field + "absolute_tolerance = 0.5\n")) {
+  for (const Level& level : levelsFor(field + "absolute_tolerance = 0.5\n")) {
     EXPECT_EQ(level.config.fieldAbsoluteError, 0.5);
   }
-  for (const Level& level : ladderFor(field + "reduction = 2\n")) {
+  for (const Level& level : levelsFor(field + "reduction = 2\n")) {
     EXPECT_EQ(level.config.fieldReduction, 2);
   }
   const std::string layered = std::string(kBytes) + "[image]\nproxies = ['layered']\n";
-  for (const Level& level : ladderFor(layered + "width = 640\n[layered]\nlayers = 8\n")) {
+  for (const Level& level : levelsFor(layered + "width = 640\n[layered]\nlayers = 8\n")) {
     EXPECT_EQ(level.config.size, (ImageSize{640, 512}));
     EXPECT_EQ(level.config.layers, 8);
   }
-  for (const Level& level : ladderFor(layered + "[layered]\nlayers = 8\n")) {
+  for (const Level& level : levelsFor(layered + "[layered]\nlayers = 8\n")) {
     EXPECT_EQ(level.config.layers, 8);
   }
 }
 
 TEST(QualityLevels, ChoosesTheTierByTheFrontierOfTheGridWhereNoneIsNamed) {
   // A small grid is best stored as it is; pictures of a large one are smaller by far.
-  const auto small = ladderFor(kBytes, 64.0), large = ladderFor(kBytes, 2048.0);
+  const auto small = levelsFor(kBytes, 64.0), large = levelsFor(kBytes, 2048.0);
   const auto stacksIn = [](const std::vector<Level>& levelsOf) {
     return std::count_if(levelsOf.begin(), levelsOf.end(),
                          [](const Level& level) { return level.config.sliced.has_value(); });
@@ -365,11 +362,11 @@ TEST(QualityLevels, ChoosesTheTierByTheFrontierOfTheGridWhereNoneIsNamed) {
   }
   // Of the field no view may have the name.
   for (const Level& level :
-       ladderFor(std::string(kBytes) + "[[view]]\nname = 'volume'\ndirection = [0, 1, 0]\n")) {
+       levelsFor(std::string(kBytes) + "[[view]]\nname = 'volume'\ndirection = [0, 1, 0]\n")) {
     EXPECT_FALSE(level.config.field);
   }
   // A share of time alone leaves the tiers as they are.
-  EXPECT_TRUE(ladderFor("[budget]\ntime_share = 0.1\n").back().config.length);
+  EXPECT_TRUE(levelsFor("[budget]\ntime_share = 0.1\n").back().config.length);
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ TEST_F(ManyViews, TheNearestViewAnswersHoweverManyThereAre) {
       const std::string notes = notesOf(rendered);
       const auto nearest = nearestViews(*run, rendered.camera.forward);
       const bool named = std::any_of(nearest.begin(), nearest.end(), [&](const auto& name) {
-        return notes.find("uses view \'" + name + "\'") != std::string::npos;
+        return notes.find("uses view '" + name + "'") != std::string::npos;
       });
       EXPECT_TRUE(named) << azimuth << ", " << elevation << ": " << notes;
       const double dot = glm::dot(

@@ -54,11 +54,6 @@ bool varies(const FieldStatistics& statistics, int intervals) {
          IntervalPartition::resolves(statistics.low, statistics.high, intervals);
 }
 
-bool reachesBeyond(const FieldStatistics& statistics, const IntervalPartition& intervals) {
-  const double near = 0.001 * (intervals.high() - intervals.low());
-  return intervals.low() - statistics.low > near || statistics.high - intervals.high() > near;
-}
-
 bool outgrows(const FieldStatistics& statistics, const IntervalPartition& intervals) {
   const double share = statistics.shareOutside();
   const bool twice =

@@ -49,8 +49,6 @@ class Settled {
 
 /// Whether a step says what a field's range is: it has data, and they differ.
 bool varies(const FieldStatistics& statistics, int intervals);
-/// Whether data reach beyond intervals by more than what rounding may do: 1/1000 of their width.
-bool reachesBeyond(const FieldStatistics& statistics, const IntervalPartition& intervals);
 /// Whether data outgrow intervals against which they are counted: they reach beyond, and more than
 /// 1 % of them are outside, or more than 0.1 % and their range is more than twice as wide.
 bool outgrows(const FieldStatistics& statistics, const IntervalPartition& intervals);

@@ -25,7 +25,7 @@ void takeStep(json& entry, const ProxyHeader& header) {
       changes.back()["high"] != ends["high"])
     changes.push_back(std::move(ends));
   const double share = statistics.shareOutside();
-  if (share <= kOutside) return;
+  if (share <= kOutside || !reachesBeyond(statistics, *header.partition)) return;
   entry["steps"] = entry.value("steps", 0) + 1;
   if (entry.contains("worst") && entry["worst"]["share"].get<double>() >= share) return;
   const double known = double(statistics.count - statistics.noData);

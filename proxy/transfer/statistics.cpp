@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "proxy/base/error.h"
+#include "proxy/transfer/interval_partition.h"
 
 namespace vestige {
 namespace {
@@ -41,6 +42,11 @@ double number(const json& object, const char* key) {
 }
 
 }  // namespace
+
+bool reachesBeyond(const FieldStatistics& statistics, const IntervalPartition& intervals) {
+  const double near = 0.001 * (intervals.high() - intervals.low());
+  return intervals.low() - statistics.low > near || statistics.high - intervals.high() > near;
+}
 
 json toJson(const FieldStatistics& s) {
   return {{"count", s.count},         {"noData", s.noData}, {"low", s.low},

@@ -7,6 +7,8 @@
 
 namespace vestige {
 
+class IntervalPartition;
+
 /// More than this share of samples outside of the intervals deserves a word.
 inline constexpr double kOutside = 0.01;
 
@@ -27,6 +29,9 @@ struct FieldStatistics {
   }
   friend bool operator==(const FieldStatistics&, const FieldStatistics&) = default;
 };
+
+/// Whether data reach beyond intervals by more than what rounding may do: 1/1000 of their width.
+bool reachesBeyond(const FieldStatistics& statistics, const IntervalPartition& intervals);
 
 /// An object with the members' names as keys; reading throws Format naming the key that is missing
 /// (`below` and `above` may be) or makes no sense (a histogram has at most 65536 bins). Moments may

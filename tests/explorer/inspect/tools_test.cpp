@@ -65,6 +65,27 @@ TEST(Info, SaysWhichCyclesWereMadeHow) {
   EXPECT_NE(damaged.find("cycle 12 made by x; level 2"), std::string::npos) << damaged;
 }
 
+TEST(Info, SaysHowMuchIsOutsideOfTheIntervalsUnlessItIsRounding) {
+  const synthetic::TemporaryFolder folder;
+  const auto saidOf = [&](const std::string& name, double beyond) {
+    ProxyImage image = synthetic::lengthProxy({4, 4});
+    const IntervalPartition& intervals = *image.header.partition;
+    FieldStatistics& statistics = image.header.statistics;
+    statistics.count = 100;
+    statistics.noData = statistics.above = 0;
+    statistics.below = 5;
+    statistics.low = intervals.low() - beyond * (intervals.high() - intervals.low());
+    statistics.high = intervals.high();
+    const auto path = folder.path() / name;
+    ArchiveWriter(path, ExistingArchive::Refuse).writeStep({encodeProxy(image)});
+    return infoText(archiveInfo(Archive(path)));
+  };
+  const std::string outside = saidOf("outside.cdb", 0.01);
+  EXPECT_NE(outside.find("5 % below, 0 % above"), std::string::npos) << outside;
+  const std::string rounded = saidOf("rounded.cdb", 1e-7);
+  EXPECT_EQ(rounded.find("outside of the intervals"), std::string::npos) << rounded;
+}
+
 TEST(Info, NamesDamagedFilesAndGoesOn) {
   const synthetic::TemporaryFolder folder;
   const auto path = folder.path() / "a.cdb";

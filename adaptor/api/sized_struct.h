@@ -24,9 +24,9 @@ Struct ofAnyVersion(const Struct& given, Struct known, std::size_t firstSize, co
   const std::size_t size = given.size;
   if (size < firstSize || size > kMost) {
     throw AdaptorError(VESTIGE_ERROR_VERSION,
-                       fmt::format("{} has the size {}, at least {} is needed: initialise it with "
+                       fmt::format("{} has the size {}, which is not in {}..{}: initialise it with "
                                    "the macro of vestige.h",
-                                   name, size, firstSize));
+                                   name, size, firstSize, kMost));
   }
   const auto* bytes = reinterpret_cast<const unsigned char*>(&given);
   for (std::size_t i = sizeof known; i < size; ++i) {

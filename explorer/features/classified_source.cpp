@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "explorer/gpu/light.h"
+#include "explorer/picture/trust.h"
 #include "proxy/base/error.h"
 
 namespace vestige {
@@ -147,9 +148,7 @@ void ClassifiedSource::addDoubt(const Moved& moved, VolumeSetup setup, const Pic
     VolumePass::findBricks(other, *setup.classified->classifier);
     const Picture picture = pass_.render(other, setup).picture;
     grid_->gradient = std::move(other.gradient);
-    for (std::size_t i = 0; i < most.size(); ++i)
-      for (std::size_t c = 0; c < 3; ++c)
-        most[i] = std::max(most[i], std::abs(picture.rgba[4 * i + c] - likely.rgba[4 * i + c]));
+    raiseDoubt(most, likely, picture);
   }
   for (std::size_t i = 0; i < doubt.size(); ++i) doubt[i] += most[i];
 }

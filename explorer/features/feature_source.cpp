@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "explorer/picture/trust.h"
 #include "explorer/recomposition/decode.h"
 #include "explorer/stacks/stack_source.h"
 #include "proxy/base/error.h"
@@ -156,10 +157,7 @@ FeatureSource::Drawn FeatureSource::drawGrid(const Look& look,
       GridPainter painter;
       const Picture moved =
           painter.draw(other, clipped, length, nullptr, domain, camera, size).picture;
-      for (std::size_t i = 0; i < view.doubt.size(); ++i)
-        for (std::size_t c = 0; c < 3; ++c)
-          view.doubt[i] = std::max(view.doubt[i],
-                                   std::abs(moved.rgba[4 * i + c] - view.picture.rgba[4 * i + c]));
+      raiseDoubt(view.doubt, view.picture, moved);
     }
   }
   std::string names;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace vestige {
 namespace {
@@ -13,6 +14,12 @@ constexpr std::array<std::array<float, 3>, 3> kTints{
     {{0.0f, 0.0f, 0.0f}, {1.0f, 0.45f, 0.0f}, {0.85f, 0.0f, 0.75f}}};
 
 }  // namespace
+
+void raiseDoubt(std::vector<float>& doubt, const Picture& likely, const Picture& other) {
+  for (std::size_t i = 0; i < doubt.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c)
+      doubt[i] = std::max(doubt[i], std::abs(likely.rgba[4 * i + c] - other.rgba[4 * i + c]));
+}
 
 std::vector<Trust> trustFromDoubt(std::span<const float> doubt) {
   std::vector<Trust> trust(doubt.size());

@@ -23,6 +23,10 @@ inline constexpr float kDoubtGuess = 0.1f;
 /// The guessed share of a warped pixel (WarpedView::guess) above which it is a guess.
 inline constexpr float kStretchGuess = 0.05f;
 
+/// Raises the doubt [pixel] of a picture to how far its linear colours are from those of another
+/// one, which might as well be true.
+void raiseDoubt(std::vector<float>& doubt, const Picture& likely, const Picture& other);
+
 std::vector<Trust> trustFromDoubt(std::span<const float> doubt);
 /// For grids of values that say how far they may be wrong: by doubt, but a guess where the guessed
 /// share is more than kStretchGuess.

@@ -301,11 +301,7 @@ void Renderer::Impl::drawStackSegments(const Look& look, ViewData& view,
   const Picture other =
       edit->render(view.stackSegments(channels.parts(), Uncertain::Reversed), table, extras);
   std::vector<float> doubt(out.picture.size.pixels(), 0.0f);
-  for (std::size_t i = 0; i < doubt.size(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      doubt[i] = std::max(doubt[i], std::abs(out.picture.rgba[4 * i + c] - other.rgba[4 * i + c]));
-    }
-  }
+  raiseDoubt(doubt, out.picture, other);
   out.trust = trustFromDoubt(doubt);
 }
 

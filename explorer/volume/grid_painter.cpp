@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "explorer/picture/trust.h"
 #include "explorer/volume/surface_palette.h"
 #include "proxy/base/error.h"
 
@@ -177,11 +178,7 @@ std::vector<float> GridPainter::doubtOf(const LookGrid& grid, VolumeSetup setup,
   std::vector<float> doubt(likely.size.pixels(), 0.0f);
   for (const double way : {-1.0, 1.0}) {
     setup.doubt = way;
-    const Picture other = pass_.render(grid, setup).picture;
-    for (std::size_t i = 0; i < doubt.size(); ++i) {
-      for (std::size_t c = 0; c < 3; ++c)
-        doubt[i] = std::max(doubt[i], std::abs(other.rgba[4 * i + c] - likely.rgba[4 * i + c]));
-    }
+    raiseDoubt(doubt, likely, pass_.render(grid, setup).picture);
   }
   return doubt;
 }
